@@ -1,0 +1,133 @@
+//! The plan of a job: which technique, shift, planes and reconstruction, resolved from what the scene calls for and what was asked.
+
+use crate::film::PlaneKind;
+use crate::lattice::{Extent, SampleRange, Tile};
+
+/// The technique by the name that people use for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Technique {
+    /// Path tracing with next-event estimation: the path integrator without gradients.
+    Pt,
+    /// Gradient-domain path tracing: the same paths, shifted to the four neighbours.
+    Gpt,
+}
+
+impl Technique {
+    /// Every technique.
+    pub const ALL: [Technique; 2] = [Technique::Pt, Technique::Gpt];
+
+    /// Its name on the command line and on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Technique::Pt => "pt",
+            Technique::Gpt => "gpt",
+        }
+    }
+
+    /// Whether it measures gradients.
+    pub fn measures_gradients(self) -> bool {
+        self == Technique::Gpt
+    }
+}
+
+/// A named choice: the inverse of `name()` for techniques and reconstructions.
+pub fn by_name<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str, wanted: &str) -> Option<T> {
+    all.iter().copied().find(|item| name(*item) == wanted)
+}
+
+/// The reconstruction by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ReconstructionKind {
+    /// The primal as it is.
+    None,
+    /// Screened Poisson in the L2 norm, exact by cosine transform. Unbiased.
+    L2,
+    /// Screened Poisson in the L1 norm by iteratively reweighted least squares. Robust to outliers, biased.
+    L1,
+}
+
+impl ReconstructionKind {
+    /// Every reconstruction.
+    pub const ALL: [ReconstructionKind; 3] = [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1];
+
+    /// Its name on the command line and on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            ReconstructionKind::None => "none",
+            ReconstructionKind::L2 => "l2",
+            ReconstructionKind::L1 => "l1",
+        }
+    }
+}
+
+/// What a person asks for; `None` leaves the choice to the plan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Request {
+    /// Technique, or `None` for `auto`.
+    pub technique: Option<Technique>,
+    /// Reconstruction, or `None` for `auto`.
+    pub reconstruction: Option<ReconstructionKind>,
+    /// Samples per pixel, or `None` for the default of 64.
+    pub samples: Option<u32>,
+    /// Film size, or `None` for the scene's own.
+    pub extent: Option<Extent>,
+    /// Seed of all randomness.
+    pub seed: u64,
+    /// Weight of the primal in the reconstruction, or `None` for 0.2.
+    pub alpha: Option<f32>,
+    /// Longest path in edges (1 = directly visible emitters only), or `None` for the scene's own.
+    pub max_depth: Option<u32>,
+}
+
+/// Everything that the bits of a frame depend on besides the scene. Two equal plans over equal scenes give equal images.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Film size.
+    pub extent: Extent,
+    /// Technique.
+    pub technique: Technique,
+    /// Reconstruction.
+    pub reconstruction: ReconstructionKind,
+    /// Samples per pixel, both halves together, ≥ 1.
+    pub samples: u32,
+    /// Samples per unit of work. It fixes the shape of the sums, so it depends on nothing but this version of the code.
+    pub batch: u32,
+    /// Seed of all randomness.
+    pub seed: u64,
+    /// Weight of the primal in the reconstruction, > 0.
+    pub alpha: f32,
+    /// Longest path in edges: 1 shows emitters only, 2 adds one bounce.
+    pub max_depth: u32,
+    /// Edges after which Russian roulette starts.
+    pub roulette_depth: u32,
+    /// Roughness at and above which a vertex counts as connectable for shifts (0.001 in Kettunen et al. 2015).
+    pub shift_threshold: f32,
+    /// Why each choice was made, for people.
+    pub reasons: Vec<String>,
+}
+
+impl Plan {
+    /// Samples per unit of work.
+    pub const BATCH: u32 = 16;
+
+    /// The planes that each block carries.
+    pub fn layout(&self) -> Vec<PlaneKind> {
+        PlaneKind::layout(self.technique.measures_gradients())
+    }
+
+    /// The runs of samples that each tile is rendered in.
+    pub fn sample_ranges(&self) -> Vec<SampleRange> {
+        SampleRange::batches(self.samples, self.batch)
+    }
+}
+
+/// A unit of work: the pure function [`render_unit`](crate::render::render_unit) maps it to a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct WorkUnit {
+    /// Frame number; part of every random number's key.
+    pub frame: u32,
+    /// Pixels.
+    pub tile: Tile,
+    /// Samples of each pixel.
+    pub samples: SampleRange,
+}
