@@ -4,6 +4,16 @@
 
 // storey 1: ground
 pub mod lattice;
+pub mod math;
+pub mod sampling;
+pub mod spectrum;
+// storey 2: matter
+pub mod geometry;
+pub mod light;
+pub mod material;
+pub mod sensor;
+// storey 3: scene
+pub mod scene;
 // storey 5: methods
 pub mod film;
 // storey 6: composition

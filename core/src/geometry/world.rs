@@ -1,0 +1,304 @@
+//! The whole geometry of a scene: groups of shapes, each with its tree, and instances of groups under a transform.
+
+use super::bvh::{Bounds, Probe, Tree, any, closest};
+use super::mesh::Mesh;
+use super::sphere::Sphere;
+use super::surface::SurfacePoint;
+use super::triangle::{Packet, Sheared};
+use crate::math::{Ray, Transform, Vec2, Vec3};
+use rayon::prelude::*;
+
+/// Index of a shape in the scene's table of shapes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ShapeId(pub u32);
+
+/// What a ray met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the ray direction's length.
+    pub t: f32,
+    instance: u32,
+    primitive: u32,
+    barycentric: [f32; 2],
+}
+
+/// `instance` of a hit on geometry that stands in the world itself.
+const WORLD: u32 = u32::MAX;
+/// Set in `primitive` for spheres.
+const SPHERE: u32 = 1 << 31;
+
+/// Shapes with one tree over them.
+#[derive(Clone, Debug, Default)]
+pub struct Group {
+    meshes: Vec<(Mesh, ShapeId)>,
+    /// Triangle → (mesh, triangle in it).
+    triangles: Vec<(u32, u32)>,
+    triangle_tree: Tree,
+    packets: Vec<Packet>,
+    /// Leaf entry of the triangle tree → packet.
+    spheres: Vec<(Sphere, ShapeId)>,
+    sphere_tree: Tree,
+}
+
+/// Triangles in a leaf: one packet.
+const LEAF: usize = 4;
+
+impl Group {
+    /// Builds the trees. Degenerate triangles are kept out of them: no ray can meet them.
+    pub fn build(meshes: Vec<(Mesh, ShapeId)>, spheres: Vec<(Sphere, ShapeId)>) -> Self {
+        let mut triangles = Vec::new();
+        for (m, (mesh, _)) in meshes.iter().enumerate() {
+            triangles.extend((0..mesh.triangles.len()).map(|t| (m as u32, t as u32)));
+        }
+        let corners = |&(m, t): &(u32, u32)| meshes[m as usize].0.corners(t as usize);
+        let boxes: Vec<Bounds> = triangles.par_iter().map(|t| Bounds::around(corners(t))).collect();
+        let mut triangle_tree = Tree::build(&boxes, LEAF);
+        let mut packets = Vec::new();
+        for node in &mut triangle_tree.nodes {
+            for k in 0..4 {
+                if node.count[k] > 0 {
+                    let entries = &triangle_tree.order[node.first[k] as usize..][..node.count[k] as usize];
+                    let lanes: Vec<_> = entries.iter().map(|id| (corners(&triangles[*id as usize]), *id)).collect();
+                    // The leaf now names its packet.
+                    node.first[k] = packets.len() as u32;
+                    node.count[k] = 1;
+                    packets.push(Packet::new(&lanes));
+                }
+            }
+        }
+        let balls: Vec<Bounds> = spheres
+            .iter()
+            .map(|(s, _)| Bounds { lower: s.centre - Vec3::splat(s.radius), upper: s.centre + Vec3::splat(s.radius) })
+            .collect();
+        let mut sphere_tree = Tree::build(&balls, 1);
+        for node in &mut sphere_tree.nodes {
+            for k in 0..4 {
+                if node.count[k] > 0 {
+                    node.first[k] = sphere_tree.order[node.first[k] as usize];
+                }
+            }
+        }
+        Self { meshes, triangles, triangle_tree, packets, spheres, sphere_tree }
+    }
+
+    /// Bounds of all shapes.
+    pub fn bounds(&self) -> Bounds {
+        self.triangle_tree.bounds().union(self.sphere_tree.bounds())
+    }
+
+    #[inline]
+    fn closest(&self, ray: &Ray, instance: u32, best: &mut Option<Hit>) -> f32 {
+        let probe = Probe::new(ray);
+        let mut reach = ray.reach;
+        let mut offer = |t: f32, primitive: u32, barycentric: [f32; 2]| {
+            let nearer = best.is_none_or(|b| t < b.t || (t == b.t && (instance, primitive) < (b.instance, b.primitive)));
+            if nearer {
+                *best = Some(Hit { t, instance, primitive, barycentric });
+            }
+        };
+        if !self.packets.is_empty() {
+            let sheared = Sheared::new(ray);
+            closest(&self.triangle_tree, &probe, reach, |leaf, limit| match sheared.closest(&self.packets[leaf.first as usize], limit) {
+                Some(hit) => {
+                    offer(hit.t, hit.id, hit.barycentric);
+                    reach = reach.min(hit.t);
+                    hit.t
+                }
+                None => limit,
+            });
+        }
+        if !self.spheres.is_empty() {
+            let start = reach;
+            closest(&self.sphere_tree, &probe, start, |leaf, limit| {
+                match self.spheres[leaf.first as usize].0.intersect(&Ray { reach: limit, ..*ray }) {
+                    Some(t) => {
+                        offer(t, leaf.first | SPHERE, [0.0; 2]);
+                        reach = reach.min(t);
+                        t
+                    }
+                    None => limit,
+                }
+            });
+        }
+        reach
+    }
+
+    #[inline]
+    fn any(&self, ray: &Ray) -> bool {
+        let probe = Probe::new(ray);
+        if !self.packets.is_empty() {
+            let sheared = Sheared::new(ray);
+            if any(&self.triangle_tree, &probe, ray.reach, |leaf| sheared.any(&self.packets[leaf.first as usize], ray.reach)) {
+                return true;
+            }
+        }
+        !self.spheres.is_empty()
+            && any(&self.sphere_tree, &probe, ray.reach, |leaf| self.spheres[leaf.first as usize].0.intersect(ray).is_some())
+    }
+
+    /// The surface point in the group's own frame; `error` is filled in, `t` and the position along an instance's transform are not.
+    #[inline]
+    fn point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        if hit.primitive & SPHERE != 0 {
+            let (sphere, shape) = &self.spheres[(hit.primitive & !SPHERE) as usize];
+            let normal = (ray.origin + ray.direction * hit.t - sphere.centre).normalize();
+            let position = sphere.centre + normal * sphere.radius;
+            let error = rounding(sphere.centre.abs().max_element() + sphere.radius);
+            return SurfacePoint { position, error, normal, shading_normal: normal, uv: Vec2::ZERO, t: hit.t, shape: *shape };
+        }
+        let (m, t) = self.triangles[hit.primitive as usize];
+        let (mesh, shape) = &self.meshes[m as usize];
+        let corners = mesh.triangles[t as usize];
+        let [a, b, c] = corners.map(|k| mesh.positions[k as usize]);
+        let [v, w] = hit.barycentric;
+        let u = 1.0 - v - w;
+        let position = a * u + b * v + c * w;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let error = rounding(a.abs().max(b.abs()).max(c.abs()).max_element());
+        let shading_normal = if mesh.normals.is_empty() {
+            normal
+        } else {
+            let [na, nb, nc] = corners.map(|k| mesh.normals[k as usize]);
+            let n = (na * u + nb * v + nc * w).normalize_or_zero();
+            if n.dot(normal) > 0.0 {
+                n
+            } else if n.dot(normal) < 0.0 {
+                -n
+            } else {
+                normal
+            }
+        };
+        let uv = if mesh.uvs.is_empty() {
+            Vec2::new(v, w)
+        } else {
+            let [ua, ub, uc] = corners.map(|k| mesh.uvs[k as usize]);
+            ua * u + ub * v + uc * w
+        };
+        SurfacePoint { position, error, normal, shading_normal, uv, t: hit.t, shape: *shape }
+    }
+}
+
+/// Bound on the rounding error of a position interpolated from coordinates of this size: γ₇ along each axis, with room for the normal's own error.
+#[inline]
+fn rounding(size: f32) -> f32 {
+    size * (16.0 * f32::EPSILON)
+}
+
+/// A group placed in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Index of the group.
+    pub group: u32,
+    /// Group to world.
+    pub to_world: Transform,
+}
+
+/// All geometry, ready to be traced.
+#[derive(Clone, Debug, Default)]
+pub struct World {
+    own: Group,
+    groups: Vec<Group>,
+    instances: Vec<Instance>,
+    instance_tree: Tree,
+}
+
+/// Gathers geometry for a [`World`].
+#[derive(Clone, Debug, Default)]
+pub struct WorldBuilder {
+    /// Meshes in world space.
+    pub meshes: Vec<(Mesh, ShapeId)>,
+    /// Spheres in world space.
+    pub spheres: Vec<(Sphere, ShapeId)>,
+    /// Groups to be instanced.
+    pub groups: Vec<Group>,
+    /// Placed groups; a group inside a group is placed by the product of their transforms.
+    pub instances: Vec<Instance>,
+}
+
+impl WorldBuilder {
+    /// Builds all trees.
+    pub fn build(self) -> World {
+        let boxes: Vec<Bounds> = self
+            .instances
+            .iter()
+            .map(|i| Bounds::around(self.groups[i.group as usize].bounds().corners().map(|p| i.to_world.point(p))))
+            .map(|b| {
+                let margin = Vec3::splat(rounding(b.lower.abs().max(b.upper.abs()).max_element()));
+                Bounds { lower: b.lower - margin, upper: b.upper + margin }
+            })
+            .collect();
+        let mut instance_tree = Tree::build(&boxes, 1);
+        for node in &mut instance_tree.nodes {
+            for k in 0..4 {
+                if node.count[k] > 0 {
+                    node.first[k] = instance_tree.order[node.first[k] as usize];
+                }
+            }
+        }
+        World { own: Group::build(self.meshes, self.spheres), groups: self.groups, instances: self.instances, instance_tree }
+    }
+}
+
+impl World {
+    /// Bounds of everything.
+    pub fn bounds(&self) -> Bounds {
+        self.own.bounds().union(self.instance_tree.bounds())
+    }
+
+    /// The nearest surface within the ray's reach.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        let mut best = None;
+        let reach = self.own.closest(ray, WORLD, &mut best);
+        if !self.instances.is_empty() {
+            self.closest_instance(&Ray { reach, ..*ray }, &mut best);
+        }
+        best
+    }
+
+    fn closest_instance(&self, ray: &Ray, best: &mut Option<Hit>) {
+        closest(&self.instance_tree, &Probe::new(ray), ray.reach, |leaf, limit| {
+            let instance = &self.instances[leaf.first as usize];
+            let local = into_instance(&Ray { reach: limit, ..*ray }, instance);
+            self.groups[instance.group as usize].closest(&local, leaf.first, best)
+        });
+    }
+
+    /// Whether anything lies within the ray's reach.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.own.any(ray)
+            || (!self.instances.is_empty()
+                && any(&self.instance_tree, &Probe::new(ray), ray.reach, |leaf| {
+                    let instance = &self.instances[leaf.first as usize];
+                    self.groups[instance.group as usize].any(&into_instance(ray, instance))
+                }))
+    }
+
+    /// The surface at a hit of this ray, in world space.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        if hit.instance == WORLD {
+            return self.own.point(ray, hit);
+        }
+        let instance = &self.instances[hit.instance as usize];
+        let local = self.groups[instance.group as usize].point(&into_instance(ray, instance), hit);
+        let map = &instance.to_world;
+        let position = map.point(local.position);
+        let normal = map.normal(local.normal).normalize_or_zero();
+        let shading_normal = map.normal(local.shading_normal).normalize_or_zero();
+        SurfacePoint {
+            position,
+            normal,
+            shading_normal,
+            error: local.error * map.stretch() + rounding(position.abs().max_element()),
+            ..local
+        }
+    }
+}
+
+/// The ray in the instance's own frame. Its direction keeps its length there, so that t means the same.
+#[inline]
+fn into_instance(ray: &Ray, instance: &Instance) -> Ray {
+    Ray { origin: instance.to_world.point_back(ray.origin), direction: instance.to_world.vector_back(ray.direction), reach: ray.reach }
+}

@@ -1,0 +1,124 @@
+//! What emits light, and how a point of it is chosen.
+
+mod area;
+mod environment;
+
+pub use area::{AreaLight, Emitter};
+pub use environment::Environment;
+
+use crate::math::Vec3;
+use crate::sampling::Discrete;
+use crate::spectrum::Spectrum;
+
+/// A light.
+#[derive(Clone, Debug)]
+pub enum Light {
+    /// The front of a surface.
+    Area(AreaLight),
+    /// Everything that rays without a surface see.
+    Environment(Environment),
+}
+
+/// A point of a light as the end of a path: it does not depend on where it is seen from.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPoint {
+    /// Which light.
+    pub light: u32,
+    /// World position, or, at infinity, the unit direction towards the light.
+    pub position: Vec3,
+    /// Bound on the rounding error of `position` [scene units].
+    pub error: f32,
+    /// Unit normal of the emitting side; zero at infinity.
+    pub normal: Vec3,
+    /// Whether the point lies at infinity.
+    pub infinite: bool,
+}
+
+/// A light point chosen for a shading point.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// The end of the path.
+    pub point: LightPoint,
+    /// Density, choice of the light included [sr⁻¹ at the shading point].
+    pub density: f32,
+}
+
+/// All lights of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    lights: Vec<Light>,
+    choice: Option<Discrete>,
+    environment: Option<u32>,
+}
+
+impl Lights {
+    /// From lights; `radius` is that of a sphere around the scene. Lights are chosen in proportion to their power.
+    pub fn new(lights: Vec<Light>, radius: f32) -> Self {
+        let weights: Vec<f32> = lights.iter().map(|l| l.power(radius)).collect();
+        let environment = lights.iter().position(|l| matches!(l, Light::Environment(_))).map(|k| k as u32);
+        Self { choice: Discrete::new(&weights), lights, environment }
+    }
+
+    /// Number of lights.
+    pub fn len(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Whether there is no light.
+    pub fn is_empty(&self) -> bool {
+        self.lights.is_empty()
+    }
+
+    /// Chooses a light and a point of it as seen from `from`.
+    #[inline]
+    pub fn sample(&self, from: Vec3, choice: f32, u: [f32; 2]) -> Option<LightSample> {
+        let (index, probability, _) = self.choice.as_ref()?.sample(choice);
+        let (point, density) = match &self.lights[index] {
+            Light::Area(light) => light.sample(index as u32, from, u)?,
+            Light::Environment(light) => light.sample(index as u32, u),
+        };
+        Some(LightSample { point, density: density * probability })
+    }
+
+    /// Density with which [`sample`](Self::sample) finds this point from `from` [sr⁻¹].
+    #[inline]
+    pub fn density(&self, from: Vec3, point: &LightPoint) -> f32 {
+        let Some(choice) = &self.choice else { return 0.0 };
+        let density = match &self.lights[point.light as usize] {
+            Light::Area(light) => light.density(from, point),
+            Light::Environment(light) => light.density(),
+        };
+        density * choice.probability(point.light as usize)
+    }
+
+    /// Radiance that leaves the point towards `from`.
+    #[inline]
+    pub fn radiance(&self, point: &LightPoint, from: Vec3) -> Spectrum {
+        match &self.lights[point.light as usize] {
+            Light::Area(light) => {
+                if (from - point.position).dot(point.normal) > 0.0 {
+                    light.radiance
+                } else {
+                    Spectrum::BLACK
+                }
+            }
+            Light::Environment(light) => light.radiance,
+        }
+    }
+
+    /// The environment seen in a direction, as a light point.
+    #[inline]
+    pub fn at_infinity(&self, direction: Vec3) -> Option<LightPoint> {
+        self.environment.map(|light| LightPoint { light, position: direction.normalize(), error: 0.0, normal: Vec3::ZERO, infinite: true })
+    }
+}
+
+impl Light {
+    /// Emitted power [W], up to a constant shared by all lights.
+    fn power(&self, radius: f32) -> f32 {
+        match self {
+            Light::Area(light) => light.radiance.mean() * light.emitter.area(),
+            Light::Environment(light) => light.radiance.mean() * 4.0 * crate::math::PI * radius * radius,
+        }
+    }
+}
