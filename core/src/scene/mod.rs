@@ -1,5 +1,19 @@
-//! The scene: what was said, and what it compiles to.
+//! Scenes: what a person wrote (`description`), where its files lie (`assets`), what is wrong with it (`error`), and what it compiles to.
+//!
+//! A scene enters here as text. It leaves as a checked [`SceneDescription`] or a compiled [`Scene`]; nothing below sees an unchecked one.
 
+pub mod assets;
+pub mod description;
+pub mod error;
+pub mod limits;
+pub mod read;
 mod runtime;
+#[cfg(test)]
+mod tests;
+mod validate;
 
+pub use assets::{Assets, DirectoryAssets};
+pub use description::SceneDescription;
+pub use error::{Error, ErrorKind};
+pub use read::{Loaded, load};
 pub use runtime::{Scene, Shape};

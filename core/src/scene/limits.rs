@@ -1,0 +1,20 @@
+//! How large a scene may be. Every size is held against these before anything is allocated for it.
+
+/// Longest side of the film [pixels].
+pub const FILM_SIDE: u32 = 65_536;
+/// Pixels of the film (8192 × 8192).
+pub const FILM_PIXELS: u64 = 1 << 26;
+/// Longest path [edges].
+pub const PATH_EDGES: u32 = 4_096;
+/// Bytes of one file.
+pub const FILE_BYTES: u64 = 1 << 31;
+/// Vertices, and triangles, of one mesh.
+pub const MESH_ELEMENTS: usize = 1 << 26;
+/// Shapes written in the scene and in its groups together.
+pub const SHAPES: usize = 1 << 20;
+/// Shapes after every instance is counted with all that its group holds.
+pub const PLACED_SHAPES: u64 = 1 << 24;
+/// Depth of groups that place groups.
+pub const GROUP_DEPTH: u32 = 16;
+/// Bytes of a name.
+pub const NAME_BYTES: usize = 1_024;

@@ -1,0 +1,279 @@
+//! Everything about a description that its types do not already say: domains, names, limits, circles between groups.
+
+use glam::{DMat3, DVec3};
+
+use super::assets::check_name;
+use super::description::{
+    Camera, Colour, Conductor, Dielectric, Geometry, Material, MeshInline, SceneDescription, Shape, Transform, VERSION,
+};
+use super::error::{Error, ErrorKind};
+use super::limits;
+
+mod groups;
+
+/// Checks a whole description; `file` is the name that errors carry.
+pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Error> {
+    let check = Check { file };
+    if scene.version != VERSION {
+        return check.invalid("version", scene.version, format!("{VERSION}, the version that this program reads"));
+    }
+    check.film(scene)?;
+    check.camera(&scene.camera)?;
+    for (name, material) in &scene.materials {
+        check.material(&format!("materials.{name}"), material)?;
+    }
+    let written = scene.groups.values().map(Vec::len).sum::<usize>() + scene.shapes.len();
+    if written > limits::SHAPES {
+        return Err(check.fault(ErrorKind::TooLarge, "shapes", format!("{written} shapes"), format!("at most {}", limits::SHAPES)));
+    }
+    for (name, shapes) in &scene.groups {
+        for (index, shape) in shapes.iter().enumerate() {
+            check.shape(&format!("groups.{name}[{index}]"), shape, scene, true)?;
+        }
+    }
+    for (index, shape) in scene.shapes.iter().enumerate() {
+        check.shape(&format!("shapes[{index}]"), shape, scene, false)?;
+    }
+    groups::check(scene, file)?;
+    if let Some(environment) = &scene.environment {
+        check.colour("environment.radiance", environment.radiance, f64::INFINITY)?;
+    }
+    Ok(())
+}
+
+struct Check<'a> {
+    file: &'a str,
+}
+
+impl Check<'_> {
+    fn fault(&self, kind: ErrorKind, path: &str, found: impl Into<String>, expected: impl Into<String>) -> Error {
+        Error::new(kind, self.file, path, found, expected)
+    }
+
+    fn invalid(&self, path: &str, found: impl ToString, expected: impl Into<String>) -> Result<(), Error> {
+        Err(self.fault(ErrorKind::Invalid, path, found.to_string(), expected))
+    }
+
+    fn film(&self, scene: &SceneDescription) -> Result<(), Error> {
+        let film = scene.film;
+        for (path, side) in [("film.width", film.width), ("film.height", film.height)] {
+            if side == 0 || side > limits::FILM_SIDE {
+                return self.invalid(path, side, format!("1 to {} pixels", limits::FILM_SIDE));
+            }
+        }
+        if u64::from(film.width) * u64::from(film.height) > limits::FILM_PIXELS {
+            let found = format!("{} × {} pixels", film.width, film.height);
+            return Err(self.fault(ErrorKind::TooLarge, "film", found, format!("at most {} pixels in all", limits::FILM_PIXELS)));
+        }
+        let depths = [("integrator.max_depth", scene.integrator.max_depth), ("integrator.roulette_depth", scene.integrator.roulette_depth)];
+        for (path, depth) in depths {
+            if depth == 0 || (path == "integrator.max_depth" && depth > limits::PATH_EDGES) {
+                return self.invalid(path, depth, format!("1 to {} edges", limits::PATH_EDGES));
+            }
+        }
+        Ok(())
+    }
+
+    fn camera(&self, camera: &Camera) -> Result<(), Error> {
+        let Camera::Perspective(camera) = camera;
+        let path = |field: &str| format!("camera.perspective.{field}");
+        self.transform(&path("to_world"), &camera.to_world)?;
+        if !even_scale(&camera.to_world).is_some_and(|scale| (scale - 1.0).abs() < 1e-3) {
+            let frame = DMat3::from_mat4(camera.to_world.matrix());
+            let scales = [frame.x_axis, frame.y_axis, frame.z_axis].map(|axis| axis.length());
+            return self.invalid(
+                &path("to_world"),
+                format!("axes of lengths {scales:?}, or not square to each other"),
+                "turns and moves only",
+            );
+        }
+        if !(camera.fov > 0.0 && camera.fov < 180.0) {
+            return self.invalid(&path("fov"), camera.fov, "an angle in (0, 180) degrees");
+        }
+        if !(camera.lens_radius >= 0.0 && camera.lens_radius.is_finite()) {
+            return self.invalid(&path("lens_radius"), camera.lens_radius, "a finite radius ≥ 0");
+        }
+        if !(camera.focus_distance > 0.0 && camera.focus_distance.is_finite()) {
+            return self.invalid(&path("focus_distance"), camera.focus_distance, "a finite distance > 0");
+        }
+        Ok(())
+    }
+
+    fn material(&self, path: &str, material: &Material) -> Result<(), Error> {
+        match material {
+            Material::Diffuse(diffuse) => self.colour(&format!("{path}.diffuse.reflectance"), diffuse.reflectance, 1.0),
+            Material::Conductor(conductor) => self.conductor(&format!("{path}.conductor"), conductor),
+            Material::Dielectric(dielectric) => self.dielectric(&format!("{path}.dielectric"), dielectric),
+        }
+    }
+
+    fn conductor(&self, path: &str, conductor: &Conductor) -> Result<(), Error> {
+        if conductor.index_of_refraction().is_none() {
+            let given = [("metal", conductor.metal.is_some()), ("eta", conductor.eta.is_some()), ("k", conductor.k.is_some())];
+            let given: Vec<&str> = given.into_iter().filter_map(|(name, is_given)| is_given.then_some(name)).collect();
+            let found = if given.is_empty() { "neither".to_string() } else { format!("only {}", given.join(" and ")) };
+            let found = if given.len() > 1 { given.join(" and ") } else { found };
+            return self.invalid(path, found, "either `metal`, or `eta` and `k`");
+        }
+        for (field, colour) in [("eta", conductor.eta), ("k", conductor.k)] {
+            self.colour(&format!("{path}.{field}"), colour.unwrap_or(Colour::WHITE), f64::INFINITY)?;
+        }
+        self.roughness(path, conductor.roughness)?;
+        self.colour(&format!("{path}.reflectance"), conductor.reflectance, 1.0)
+    }
+
+    fn dielectric(&self, path: &str, dielectric: &Dielectric) -> Result<(), Error> {
+        for (field, ior) in [("interior_ior", dielectric.interior_ior), ("exterior_ior", dielectric.exterior_ior)] {
+            if !(ior > 0.0 && ior.is_finite()) {
+                return self.invalid(&format!("{path}.{field}"), ior, "a finite index of refraction > 0");
+            }
+        }
+        self.roughness(path, dielectric.roughness)?;
+        self.colour(&format!("{path}.reflectance"), dielectric.reflectance, 1.0)?;
+        self.colour(&format!("{path}.transmittance"), dielectric.transmittance, 1.0)
+    }
+
+    fn roughness(&self, path: &str, roughness: f64) -> Result<(), Error> {
+        if (0.0..=1.0).contains(&roughness) { Ok(()) } else { self.invalid(&format!("{path}.roughness"), roughness, "0 to 1") }
+    }
+
+    fn colour(&self, path: &str, colour: Colour, greatest: f64) -> Result<(), Error> {
+        // Held in single precision from here on, so it must be finite there too.
+        if colour.0.iter().all(|channel| (0.0..=greatest).contains(channel) && (*channel as f32).is_finite()) {
+            return Ok(());
+        }
+        let expected = if greatest.is_finite() { format!("channels from 0 to {greatest}") } else { "finite channels ≥ 0".to_string() };
+        self.invalid(path, format!("{:?}", colour.0), expected)
+    }
+
+    fn transform(&self, path: &str, transform: &Transform) -> Result<(), Error> {
+        for (index, operation) in transform.0.iter().enumerate() {
+            let matrix = operation.matrix();
+            let path = format!("{path}[{index}]");
+            if !matrix.is_finite() {
+                return self.invalid(&path, format!("{operation:?}"), "finite numbers, an axis, and a line of sight not along `up`");
+            }
+            if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+                return self.invalid(&path, format!("the last row {:?}", matrix.row(3).to_array()), "[0, 0, 0, 1]");
+            }
+        }
+        let matrix = transform.matrix().as_mat4();
+        let inverse = transform.matrix().inverse().as_mat4();
+        if matrix.is_finite() && inverse.is_finite() && transform.matrix().determinant() != 0.0 {
+            return Ok(());
+        }
+        self.invalid(path, "a transform that flattens space or overflows", "one that can be undone")
+    }
+
+    fn shape(&self, path: &str, shape: &Shape, scene: &SceneDescription, in_group: bool) -> Result<(), Error> {
+        self.transform(&format!("{path}.to_world"), &shape.to_world)?;
+        self.geometry(path, shape, scene)?;
+        let is_instance = matches!(shape.geometry, Geometry::Instance(_));
+        match &shape.material {
+            Some(_) if is_instance => {
+                return self.invalid(&format!("{path}.material"), "a material", "none: the group's shapes carry their own");
+            }
+            Some(name) if !scene.materials.contains_key(name) => {
+                let expected = one_of("material", scene.materials.keys());
+                return Err(self.fault(ErrorKind::UnknownName, &format!("{path}.material"), format!("{name:?}"), expected));
+            }
+            None if !is_instance => return self.invalid(path, "no `material`", one_of("material", scene.materials.keys())),
+            _ => {}
+        }
+        if let Some(emission) = &shape.emission {
+            if is_instance || in_group {
+                let expected = "emission on shapes outside groups only";
+                return Err(self.fault(ErrorKind::Unsupported, &format!("{path}.emission"), "emission", expected));
+            }
+            self.colour(&format!("{path}.emission.radiance"), emission.radiance, f64::INFINITY)?;
+        }
+        if is_instance && shape.flip_normals {
+            return self.invalid(&format!("{path}.flip_normals"), true, "false: the group's shapes say it themselves");
+        }
+        Ok(())
+    }
+
+    fn geometry(&self, path: &str, shape: &Shape, scene: &SceneDescription) -> Result<(), Error> {
+        match &shape.geometry {
+            Geometry::Rectangle | Geometry::Cube => Ok(()),
+            Geometry::Sphere(sphere) => {
+                let to_world = format!("{path}.to_world");
+                let path = |field: &str| format!("{path}.geometry.sphere.{field}");
+                if !(sphere.radius > 0.0 && (sphere.radius as f32).is_finite()) {
+                    return self.invalid(&path("radius"), sphere.radius, "a finite radius > 0");
+                }
+                if even_scale(&shape.to_world).is_none() {
+                    let expected = "turns, moves and even scales: a sphere stays a sphere; scale it evenly or use a mesh";
+                    return self.invalid(&to_world, "a scale that is not the same in every direction", expected);
+                }
+                if !DVec3::from(sphere.center).as_vec3().is_finite() {
+                    return self.invalid(&path("center"), format!("{:?}", sphere.center), "finite numbers");
+                }
+                Ok(())
+            }
+            Geometry::Mesh(mesh) => self.mesh(&format!("{path}.geometry.mesh"), mesh),
+            Geometry::Obj(mesh) => self.file_name(&format!("{path}.geometry.obj.file"), &mesh.file),
+            Geometry::Ply(mesh) => self.file_name(&format!("{path}.geometry.ply.file"), &mesh.file),
+            Geometry::Instance(instance) if scene.groups.contains_key(&instance.of) => Ok(()),
+            Geometry::Instance(instance) => {
+                let expected = one_of("group", scene.groups.keys());
+                let path = format!("{path}.geometry.instance.of");
+                Err(self.fault(ErrorKind::UnknownName, &path, format!("{:?}", instance.of), expected))
+            }
+        }
+    }
+
+    fn file_name(&self, path: &str, name: &str) -> Result<(), Error> {
+        check_name(name).map_err(|expected| self.fault(ErrorKind::OutsideFolder, path, format!("{name:?}"), expected))
+    }
+
+    fn mesh(&self, path: &str, mesh: &MeshInline) -> Result<(), Error> {
+        let vertices = mesh.positions.len();
+        for (field, count) in [("positions", vertices), ("indices", mesh.indices.len())] {
+            if count == 0 || count > limits::MESH_ELEMENTS {
+                return self.invalid(&format!("{path}.{field}"), format!("{count} entries"), format!("1 to {}", limits::MESH_ELEMENTS));
+            }
+        }
+        let lengths = [("normals", mesh.normals.as_ref().map(Vec::len)), ("uvs", mesh.uvs.as_ref().map(Vec::len))];
+        for (field, count) in lengths {
+            if let Some(count) = count.filter(|count| *count != vertices) {
+                return self.invalid(&format!("{path}.{field}"), format!("{count} entries"), format!("{vertices}, one for each vertex"));
+            }
+        }
+        let vectors = [("positions", Some(&mesh.positions)), ("normals", mesh.normals.as_ref())];
+        for (field, list) in vectors {
+            let bad = list.and_then(|list| list.iter().position(|vector| !vector.iter().all(|x| x.is_finite())));
+            if let Some(index) = bad {
+                return self.invalid(&format!("{path}.{field}[{index}]"), "a number that overflows", "finite numbers");
+            }
+        }
+        if let Some(index) = mesh.uvs.as_ref().and_then(|uvs| uvs.iter().position(|uv| !uv.iter().all(|x| x.is_finite()))) {
+            return self.invalid(&format!("{path}.uvs[{index}]"), "a number that overflows", "finite numbers");
+        }
+        for (triangle, corners) in mesh.indices.iter().enumerate() {
+            if let Some((corner, index)) = corners.iter().enumerate().find(|(_, index)| **index as usize >= vertices) {
+                return self.invalid(&format!("{path}.indices[{triangle}][{corner}]"), index, format!("0 to {}", vertices - 1));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// "one of the materials `a`, `b`": the known names, cut short past a dozen.
+fn one_of<'a>(what: &str, names: impl ExactSizeIterator<Item = &'a String>) -> String {
+    let count = names.len();
+    if count == 0 {
+        return format!("the name of a {what}; the scene has none");
+    }
+    let shown: Vec<String> = names.take(12).map(|name| format!("`{name}`")).collect();
+    let more = if count > shown.len() { format!(" and {} more", count - shown.len()) } else { String::new() };
+    format!("one of the {what}s {}{more}", shown.join(", "))
+}
+
+/// The scale of a transform that turns, moves, mirrors and scales evenly; `None` for any other.
+fn even_scale(transform: &Transform) -> Option<f64> {
+    let frame = DMat3::from_mat4(transform.matrix());
+    let gram = frame.transpose() * frame;
+    let square = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
+    (gram * square.recip()).abs_diff_eq(DMat3::IDENTITY, 1e-3).then_some(square.sqrt())
+}
