@@ -1,0 +1,106 @@
+//! What can go wrong in the coordinator, as its callers need to tell it apart.
+
+use std::net::SocketAddr;
+
+use gradfarm_proto::Digest;
+
+use crate::job::{FileKind, JobId};
+
+/// An error of the [`Handle`](crate::service::Handle) or of the running service.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// No such job.
+    #[error("there is no job {0}")]
+    NoJob(JobId),
+    /// The job has no such frame.
+    #[error("job {job} has no frame {frame}; its frames are {first} to {last}")]
+    NoFrame {
+        /// The job.
+        job: JobId,
+        /// What was asked for.
+        frame: u32,
+        /// Its first frame.
+        first: u32,
+        /// Its last frame.
+        last: u32,
+    },
+    /// The frame's file is not written yet.
+    #[error("frame {frame} of job {job} has no {} file yet", kind.name())]
+    NotReady {
+        /// The job.
+        job: JobId,
+        /// The frame.
+        frame: u32,
+        /// Which file.
+        kind: FileKind,
+    },
+    /// The job is over: what was asked can no longer be done.
+    #[error("job {job} is {state} already")]
+    Over {
+        /// The job.
+        job: JobId,
+        /// Its state.
+        state: &'static str,
+    },
+    /// Something in a submission is outside its range.
+    #[error("{what} is {found}, expected {expected}")]
+    Invalid {
+        /// Field.
+        what: &'static str,
+        /// What was submitted.
+        found: String,
+        /// What is allowed.
+        expected: String,
+    },
+    /// The description is wrong, or refers to something that is not there.
+    #[error("scene: {0}")]
+    Scene(String),
+    /// The request cannot be planned for this scene.
+    #[error("plan: {0}")]
+    Plan(String),
+    /// The description refers to files that the submission does not list.
+    #[error("the description refers to files that the submission lists no digest for: {}", names.join(", "))]
+    Unlisted {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// Assets must be uploaded first.
+    #[error("{} of the submission's assets must be uploaded first, the first one is {}", digests.len(), digests[0])]
+    MissingAssets {
+        /// What is missing; never empty.
+        digests: Vec<Digest>,
+    },
+    /// The client token was used for another submission.
+    #[error("the client token {token:?} was used before, for another submission (job {job})")]
+    TokenReused {
+        /// The token.
+        token: String,
+        /// The job it stands for.
+        job: JobId,
+    },
+    /// Not on loopback: there is neither encryption nor authentication yet.
+    #[error("refusing to listen on {0}: without TLS and tokens nothing listens beyond loopback; use 127.0.0.1 or [::1]")]
+    NotLoopback(SocketAddr),
+    /// Listening failed.
+    #[error("cannot listen on {address}: {source}")]
+    Listen {
+        /// Where.
+        address: SocketAddr,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The state folder or the operating system failed.
+    #[error("{what}: {source}")]
+    Io {
+        /// What was tried.
+        what: String,
+        /// Why it failed.
+        source: std::io::Error,
+    },
+    /// The server for workers failed.
+    #[error("worker service: {0}")]
+    Transport(#[from] tonic::transport::Error),
+    /// The service has stopped.
+    #[error("the coordinator has stopped")]
+    Stopped,
+}

@@ -1,0 +1,10 @@
+//! The coordinator of the farm: takes jobs, cuts them into units, leases these to workers and assembles the results.
+//!
+//! `service` is the way in: it opens the state, runs the loop and hands out handles. `job` is the pure state machine of one job,
+//! `schedule` decides who gets what, `store` keeps what was acknowledged, `assemble` makes frames of results, `grpc` speaks to
+//! workers.
+
+pub mod error;
+pub mod job;
+pub mod service;
+pub mod telemetry;

@@ -1,0 +1,47 @@
+//! What a client submits.
+
+use std::collections::BTreeMap;
+
+use gradfarm_core::plan::Request;
+use gradfarm_proto::Digest;
+
+/// A job to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Submission {
+    /// For people; at most 200 bytes.
+    pub name: String,
+    /// The scene description as JSON text.
+    pub description: String,
+    /// Digest of every file that the description refers to, by the relative name it uses. Each must have been put before.
+    pub assets: BTreeMap<String, Digest>,
+    /// Technique, samples, size and so on; what is left open the plan chooses.
+    pub request: Request,
+    /// Edge of the tiles [pixels], 1 to 1024. It changes how work is shared, never the bits.
+    pub tile: u32,
+    /// Which frames: `first .. first + count`.
+    pub frames: Frames,
+    /// Higher goes first; 0 is usual.
+    pub priority: i32,
+    /// Names this submission: sending it again with the same token gives the same job.
+    pub client_token: Option<String>,
+}
+
+impl Submission {
+    /// The usual edge of tiles [pixels].
+    pub const TILE: u32 = 64;
+}
+
+/// A run of frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frames {
+    /// First frame number; part of every random number's key.
+    pub first: u32,
+    /// How many, ≥ 1.
+    pub count: u32,
+}
+
+impl Default for Frames {
+    fn default() -> Self {
+        Self { first: 0, count: 1 }
+    }
+}

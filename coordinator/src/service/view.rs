@@ -1,0 +1,188 @@
+//! What can be seen of jobs, frames, tiles and workers from outside.
+
+use gradfarm_core::film::Statistics;
+use gradfarm_core::lattice::Tile;
+use gradfarm_core::plan::Plan;
+use gradfarm_proto::Digest;
+
+use crate::job::{FrameState, JobId, JobState, Timestamp, WorkerId};
+
+/// So much of so much.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Count {
+    /// Finished.
+    pub done: u64,
+    /// All there is to do.
+    pub total: u64,
+}
+
+/// Where the time went [s].
+///
+/// `load`, `compile` and `render` are sums over the workers' threads; the others are spans on the coordinator's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seconds {
+    /// Fetching scenes and assets.
+    pub load: f64,
+    /// Compiling scenes.
+    pub compile: f64,
+    /// Tracing, summed over threads.
+    pub render: f64,
+    /// From the first lease to the last accepted result.
+    pub render_span: f64,
+    /// Reading results and adding them up.
+    pub stitch: f64,
+    /// Reconstruction.
+    pub reconstruct: f64,
+    /// Encoding and storing the files.
+    pub write: f64,
+}
+
+impl std::ops::AddAssign for Seconds {
+    fn add_assign(&mut self, other: Self) {
+        self.load += other.load;
+        self.compile += other.compile;
+        self.render += other.render;
+        self.render_span += other.render_span;
+        self.stitch += other.stitch;
+        self.reconstruct += other.reconstruct;
+        self.write += other.write;
+    }
+}
+
+/// A job in a list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobSummary {
+    /// Its name.
+    pub id: JobId,
+    /// What the client called it.
+    pub name: String,
+    /// Where it stands.
+    pub state: JobState,
+    /// Why it failed.
+    pub error: Option<String>,
+    /// Higher goes first.
+    pub priority: i32,
+    /// When it was accepted.
+    pub created: Timestamp,
+    /// When its first unit was leased.
+    pub started: Option<Timestamp>,
+    /// When it reached its final state.
+    pub finished: Option<Timestamp>,
+    /// Frames.
+    pub frames: Count,
+    /// Units of work.
+    pub units: Count,
+    /// Camera samples: pixels × samples per pixel × frames.
+    pub samples: Count,
+}
+
+/// A job in full.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobView {
+    /// What the list says.
+    pub summary: JobSummary,
+    /// The plan, with the reason for each choice.
+    pub plan: Plan,
+    /// Digest of the scene's manifest.
+    pub scene: Digest,
+    /// Edge of the tiles [pixels].
+    pub tile: u32,
+    /// Its frames, in order.
+    pub frames: Vec<FrameView>,
+    /// Sums over its frames, but for `render_span`, which runs from the job's first lease to its last result.
+    pub seconds: Seconds,
+    /// Counters summed over the finished frames.
+    pub statistics: Statistics,
+}
+
+/// A frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameView {
+    /// Frame number.
+    pub number: u32,
+    /// Where it stands.
+    pub state: FrameState,
+    /// Units of work.
+    pub units: Count,
+    /// Camera samples.
+    pub samples: Count,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Estimated relMSE of the finished image, where the two halves can tell.
+    pub estimated_relmse: Option<f64>,
+    /// Counters summed over its units; zero until it is assembled.
+    pub statistics: Statistics,
+}
+
+/// A tile of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileView {
+    /// Its pixels.
+    pub tile: Tile,
+    /// Sample ranges (units of work) of this tile.
+    pub units: Count,
+    /// How many of them are leased at this moment.
+    pub leased: u64,
+}
+
+/// A worker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkerView {
+    /// Its name for the farm.
+    pub id: WorkerId,
+    /// Its name for people.
+    pub name: String,
+    /// Version of its software.
+    pub version: String,
+    /// Rendering threads.
+    pub threads: u32,
+    /// When it connected.
+    pub connected: Timestamp,
+    /// When it was last heard.
+    pub heard: Timestamp,
+    /// Leases it holds.
+    pub leases: u64,
+    /// Results that counted, since it connected.
+    pub delivered: u64,
+    /// Units it failed, since it connected.
+    pub failed: u64,
+    /// It gets no work until then, for it failed too often in a row.
+    pub set_aside_until: Option<Timestamp>,
+}
+
+/// Something that happened to a job.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JobEvent {
+    /// The job changed its state; also the first event of every subscription. After a final state the stream ends.
+    State {
+        /// The state.
+        state: JobState,
+        /// Why it failed.
+        error: Option<String>,
+    },
+    /// Results counted.
+    Progress {
+        /// Units of work.
+        units: Count,
+        /// Camera samples.
+        samples: Count,
+        /// Time since the first lease [s].
+        elapsed: f64,
+    },
+    /// A tile has one more sample range.
+    Tile {
+        /// Frame number.
+        frame: u32,
+        /// Index of the tile, row by row.
+        tile: u32,
+        /// Sample ranges.
+        units: Count,
+    },
+    /// A frame changed its state.
+    Frame {
+        /// Frame number.
+        frame: u32,
+        /// The state.
+        state: FrameState,
+    },
+}

@@ -1,0 +1,115 @@
+//! The plan of a job.
+
+use gradfarm_core::plan::{Plan, ReconstructionKind, Technique, by_name};
+
+use super::ConvertError;
+use crate::{limits, v1};
+
+impl From<&Plan> for v1::Plan {
+    fn from(plan: &Plan) -> Self {
+        Self {
+            extent: Some(plan.extent.into()),
+            technique: plan.technique.name().to_owned(),
+            reconstruction: plan.reconstruction.name().to_owned(),
+            samples: plan.samples,
+            batch: plan.batch,
+            seed: plan.seed,
+            alpha: plan.alpha,
+            max_depth: plan.max_depth,
+            roulette_depth: plan.roulette_depth,
+            shift_threshold: plan.shift_threshold,
+            reasons: plan.reasons.clone(),
+        }
+    }
+}
+
+impl TryFrom<v1::Plan> for Plan {
+    type Error = ConvertError;
+
+    fn try_from(message: v1::Plan) -> Result<Self, ConvertError> {
+        let counted = |field, value: u32| match value {
+            1..=limits::SAMPLES => Ok(value),
+            _ => Err(ConvertError::range(field, value, format!("1 to {}", limits::SAMPLES))),
+        };
+        if !(message.alpha.is_finite() && message.alpha > 0.0) {
+            return Err(ConvertError::range("plan.alpha", message.alpha, "a finite number above 0"));
+        }
+        if !(message.shift_threshold.is_finite() && message.shift_threshold >= 0.0) {
+            return Err(ConvertError::range("plan.shift_threshold", message.shift_threshold, "a finite number, 0 or above"));
+        }
+        if message.reasons.len() > limits::LINES || message.reasons.iter().any(|reason| reason.len() > limits::TEXT) {
+            let expected = format!("at most {} lines of at most {} bytes", limits::LINES, limits::TEXT);
+            return Err(ConvertError::range("plan.reasons", format!("{} lines", message.reasons.len()), expected));
+        }
+        let extent = message.extent.ok_or(ConvertError::Missing { field: "plan.extent" })?;
+        Ok(Self {
+            extent: extent.try_into()?,
+            technique: by_name(&Technique::ALL, Technique::name, &message.technique)
+                .ok_or_else(|| unknown("plan.technique", &message.technique, &Technique::ALL.map(Technique::name)))?,
+            reconstruction: by_name(&ReconstructionKind::ALL, ReconstructionKind::name, &message.reconstruction).ok_or_else(|| {
+                unknown("plan.reconstruction", &message.reconstruction, &ReconstructionKind::ALL.map(ReconstructionKind::name))
+            })?,
+            samples: counted("plan.samples", message.samples)?,
+            batch: counted("plan.batch", message.batch)?,
+            seed: message.seed,
+            alpha: message.alpha,
+            max_depth: counted("plan.max_depth", message.max_depth)?,
+            roulette_depth: message.roulette_depth,
+            shift_threshold: message.shift_threshold,
+            reasons: message.reasons,
+        })
+    }
+}
+
+fn unknown(field: &'static str, found: &str, known: &[&str]) -> ConvertError {
+    ConvertError::range(field, format!("{:?}", found.chars().take(80).collect::<String>()), format!("one of {}", known.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gradfarm_core::lattice::Extent;
+    use proptest::prelude::*;
+
+    fn plan() -> Plan {
+        Plan {
+            extent: Extent { width: 40, height: 30 },
+            technique: Technique::Gpt,
+            reconstruction: ReconstructionKind::L2,
+            samples: 64,
+            batch: Plan::BATCH,
+            seed: u64::MAX - 3,
+            alpha: 0.2,
+            max_depth: 12,
+            roulette_depth: 5,
+            shift_threshold: 0.001,
+            reasons: vec!["gradients: asked for".into()],
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn round_trip(technique in 0usize..2, reconstruction in 0usize..3, samples in 1u32..1 << 20, seed: u64, alpha in 1e-6f32..1e6) {
+            let mut plan = plan();
+            plan.technique = Technique::ALL[technique];
+            plan.reconstruction = ReconstructionKind::ALL[reconstruction];
+            (plan.samples, plan.seed, plan.alpha) = (samples, seed, alpha);
+            prop_assert_eq!(Plan::try_from(v1::Plan::from(&plan)), Ok(plan));
+        }
+    }
+
+    #[test]
+    fn nonsense_is_named() {
+        let spoil = |change: fn(&mut v1::Plan)| {
+            let mut message = v1::Plan::from(&plan());
+            change(&mut message);
+            Plan::try_from(message).unwrap_err().to_string()
+        };
+        assert_eq!(spoil(|p| p.extent = None), "plan.extent is missing");
+        assert_eq!(spoil(|p| p.technique = "magic".into()), "plan.technique is \"magic\", expected one of pt, gpt");
+        assert!(spoil(|p| p.alpha = f32::NAN).starts_with("plan.alpha is NaN"));
+        assert!(spoil(|p| p.samples = 0).starts_with("plan.samples is 0"));
+        assert!(spoil(|p| p.batch = 0).starts_with("plan.batch is 0"));
+        assert!(spoil(|p| p.reasons = vec![String::new(); 1000]).starts_with("plan.reasons is 1000 lines"));
+    }
+}

@@ -1,0 +1,21 @@
+//! The farm's protocol: messages, the gRPC service, and their lossless conversion to and from core types.
+//!
+//! Only this crate knows the wire. `convert` turns messages into core types and refuses what does not fit, `block` is the
+//! encoding of a result, `digest` names content, `limits` holds the bounds that both sides keep.
+
+pub mod block;
+pub mod convert;
+mod digest;
+pub mod limits;
+mod manifest;
+pub mod version;
+
+pub use convert::ConvertError;
+pub use digest::{Digest, ParseDigestError};
+pub use manifest::{Manifest, ManifestError};
+
+/// Generated messages and service of the package `farm.v1`.
+#[allow(missing_docs, unreachable_pub, clippy::all)]
+pub mod v1 {
+    tonic::include_proto!("farm.v1");
+}
