@@ -3,16 +3,18 @@
 //! A scene enters here as text. It leaves as a checked [`SceneDescription`] or a compiled [`Scene`]; nothing below sees an unchecked one.
 
 pub mod assets;
+mod compile;
 pub mod description;
 pub mod error;
 pub mod limits;
+mod mesh;
 pub mod read;
 mod runtime;
 #[cfg(test)]
 mod tests;
 mod validate;
 
-pub use assets::{Assets, DirectoryAssets};
+pub use assets::{Assets, DirectoryAssets, NoAssets};
 pub use description::SceneDescription;
 pub use error::{Error, ErrorKind};
 pub use read::{Loaded, load};

@@ -187,8 +187,13 @@ impl Check<'_> {
             }
             self.colour(&format!("{path}.emission.radiance"), emission.radiance, f64::INFINITY)?;
         }
-        if is_instance && shape.flip_normals {
-            return self.invalid(&format!("{path}.flip_normals"), true, "false: the group's shapes say it themselves");
+        let unturnable = match &shape.geometry {
+            Geometry::Instance(_) => Some("false: the group's shapes say it themselves"),
+            Geometry::Sphere(_) => Some("false: a sphere's front is its outside; for a glass shell swap the indices of refraction"),
+            _ => None,
+        };
+        if let Some(expected) = unturnable.filter(|_| shape.flip_normals) {
+            return Err(self.fault(ErrorKind::Unsupported, &format!("{path}.flip_normals"), "true", expected));
         }
         Ok(())
     }

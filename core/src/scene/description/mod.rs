@@ -23,7 +23,7 @@ pub use camera::{Camera, FovAxis, Perspective};
 pub use colour::Colour;
 pub use material::{Conductor, Dielectric, Diffuse, Material};
 pub use metal::Metal;
-pub use shape::{Emission, Geometry, Instance, MeshFile, MeshInline, Shape, Sphere};
+pub use shape::{Emission, Geometry, Instance, MeshFile, MeshInline, Normals, Shape, Sphere};
 pub use transform::{LookAt, Operation, Rotation, Transform};
 
 /// The version of the description that this code reads and writes.

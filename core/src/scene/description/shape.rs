@@ -92,9 +92,28 @@ pub struct MeshInline {
 pub struct MeshFile {
     /// Name relative to the scene's folder, parts joined by `/`, and inside that folder.
     pub file: String,
-    /// Whether to drop the file's normals and facet the surface.
-    #[serde(default, skip_serializing_if = "is_no")]
-    pub face_normals: bool,
+    /// Where the shading normals come from.
+    #[serde(default, skip_serializing_if = "Normals::is_as_written")]
+    pub normals: Normals,
+}
+
+/// Where the shading normals of a mesh file come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Normals {
+    /// From the file; a mesh without any is faceted.
+    #[default]
+    AsWritten,
+    /// From the faces: always faceted, whatever the file says.
+    Flat,
+    /// From the file, and where it has none, from the faces around each vertex.
+    Smooth,
+}
+
+impl Normals {
+    fn is_as_written(&self) -> bool {
+        *self == Normals::AsWritten
+    }
 }
 
 /// A group, placed.

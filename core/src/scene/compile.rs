@@ -1,0 +1,272 @@
+//! From the description to the scene that transport reads: files are opened, transforms applied, groups placed, lights gathered.
+
+use std::collections::BTreeMap;
+
+use glam::DMat4;
+
+use super::assets::Assets;
+use super::description::{self, Camera, Colour, Geometry, SceneDescription};
+use super::error::{Error, ErrorKind};
+use super::mesh::{self, MeshFormat};
+use super::runtime::{Scene, Shape};
+use crate::geometry::{Group, Instance, Mesh, ShapeId, Sphere, WorldBuilder};
+use crate::light::{AreaLight, Emitter, Environment, Light, Lights};
+use crate::material::{Conductor, Dielectric, Diffuse, Ggx, Material};
+use crate::math::{Transform, Vec2, Vec3};
+use crate::sensor::{FieldAxis, Sensor};
+use crate::spectrum::Spectrum;
+
+/// The name that errors carry for faults of the description itself; those of its files carry the file's name.
+const DESCRIPTION: &str = "scene";
+
+impl Scene {
+    /// Compiles a description; its files come from `assets`.
+    ///
+    /// # Errors
+    /// The description is invalid (it is checked again here, since it may come from elsewhere than a file), or a file of it is missing or faulty.
+    pub fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Scene, Error> {
+        description.validate(DESCRIPTION)?;
+        let mut compiler = Compiler::new(description, assets);
+        let mut builder = WorldBuilder::default();
+        let groups = compiler.groups(&mut builder)?;
+        for (index, shape) in description.shapes.iter().enumerate() {
+            let path = format!("shapes[{index}]");
+            if let Geometry::Instance(instance) = &shape.geometry {
+                compiler.place(&instance.of, shape.to_world.matrix(), &groups, &path, &mut builder.instances)?;
+            } else {
+                let shape = compiler.shape(shape, &path)?;
+                shape.put(&mut builder.meshes, &mut builder.spheres);
+            }
+        }
+        let world = builder.build();
+        if let Some(environment) = description.environment.filter(|environment| !environment.radiance.is_black()) {
+            compiler.lights.push(Light::Environment(Environment { radiance: spectrum(environment.radiance) }));
+        }
+        let radius = world.bounds().radius();
+        Ok(Scene {
+            shapes: compiler.shapes,
+            materials: description.materials.values().map(material).collect(),
+            lights: Lights::new(compiler.lights, radius),
+            sensor: sensor(&description.camera)?,
+            world,
+        })
+    }
+}
+
+/// A shape's geometry in the frame of the world or its group.
+enum Placed {
+    Mesh(Mesh, ShapeId),
+    Sphere(Sphere, ShapeId),
+}
+
+impl Placed {
+    fn put(self, meshes: &mut Vec<(Mesh, ShapeId)>, spheres: &mut Vec<(Sphere, ShapeId)>) {
+        match self {
+            Placed::Mesh(mesh, id) => meshes.push((mesh, id)),
+            Placed::Sphere(sphere, id) => spheres.push((sphere, id)),
+        }
+    }
+}
+
+struct Compiler<'a> {
+    description: &'a SceneDescription,
+    assets: &'a dyn Assets,
+    /// Materials are numbered in the order of their names.
+    materials: BTreeMap<&'a str, u32>,
+    /// Mesh files, read once each however often they are used.
+    files: BTreeMap<(&'a str, MeshFormat, u8), Mesh>,
+    shapes: Vec<Shape>,
+    lights: Vec<Light>,
+}
+
+impl<'a> Compiler<'a> {
+    fn new(description: &'a SceneDescription, assets: &'a dyn Assets) -> Compiler<'a> {
+        let materials = description.materials.keys().map(String::as_str).zip(0..).collect();
+        Compiler { description, assets, materials, files: BTreeMap::new(), shapes: Vec::new(), lights: Vec::new() }
+    }
+
+    /// Builds every group that holds shapes of its own, and says which number it got.
+    fn groups(&mut self, builder: &mut WorldBuilder) -> Result<BTreeMap<&'a str, u32>, Error> {
+        let mut numbers = BTreeMap::new();
+        for (name, shapes) in &self.description.groups {
+            let (mut meshes, mut spheres) = (Vec::new(), Vec::new());
+            for (index, shape) in shapes.iter().enumerate().filter(|(_, shape)| !matches!(shape.geometry, Geometry::Instance(_))) {
+                self.shape(shape, &format!("groups.{name}[{index}]"))?.put(&mut meshes, &mut spheres);
+            }
+            if !meshes.is_empty() || !spheres.is_empty() {
+                numbers.insert(name.as_str(), builder.groups.len() as u32);
+                builder.groups.push(Group::build(meshes, spheres));
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// Places a group and, through it, the groups that it places. Depth and number are bounded by the check of the description.
+    fn place(&self, of: &str, to_world: DMat4, numbers: &BTreeMap<&str, u32>, path: &str, into: &mut Vec<Instance>) -> Result<(), Error> {
+        if let Some(group) = numbers.get(of) {
+            into.push(Instance { group: *group, to_world: transform(to_world, path)? });
+        }
+        for shape in self.description.groups.get(of).into_iter().flatten() {
+            if let Geometry::Instance(instance) = &shape.geometry {
+                self.place(&instance.of, to_world * shape.to_world.matrix(), numbers, path, into)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// One shape that is no instance: its geometry, its entry in the table, its light.
+    fn shape(&mut self, shape: &'a description::Shape, path: &str) -> Result<Placed, Error> {
+        let matrix = shape.to_world.matrix();
+        let to_world = transform(matrix, &format!("{path}.to_world"))?;
+        let id = ShapeId(self.shapes.len() as u32);
+        let placed = match &shape.geometry {
+            Geometry::Sphere(sphere) => {
+                // Checked to scale evenly, so any column tells the scale.
+                let scale = matrix.x_axis.truncate().length();
+                let centre = matrix.transform_point3(sphere.center.into()).as_vec3();
+                Placed::Sphere(Sphere { centre, radius: (sphere.radius * scale) as f32 }, id)
+            }
+            geometry => {
+                let mut mesh = self.mesh(geometry)?.transformed(&to_world);
+                if shape.flip_normals {
+                    mesh = mesh.flipped();
+                }
+                let turned = to_world.mirrors() != shape.flip_normals;
+                if turned && matches!(geometry, Geometry::Rectangle) {
+                    // Keeps the two halves in the order that lets a light know the rectangle for a parallelogram.
+                    mesh.triangles.reverse();
+                }
+                mesh.check().map_err(|fault| Error::new(ErrorKind::Invalid, DESCRIPTION, path, fault.to_string(), "numbers that fit"))?;
+                Placed::Mesh(mesh, id)
+            }
+        };
+        let light = self.light(shape, &placed, path)?;
+        let material = shape.material.as_deref().and_then(|name| self.materials.get(name)).copied().unwrap_or_default();
+        self.shapes.push(Shape { material, light });
+        Ok(placed)
+    }
+
+    fn light(&mut self, shape: &description::Shape, placed: &Placed, path: &str) -> Result<Option<u32>, Error> {
+        let Some(emission) = shape.emission.filter(|emission| !emission.radiance.is_black()) else { return Ok(None) };
+        let emitter = match placed {
+            Placed::Sphere(sphere, _) => Some(Emitter::Sphere(*sphere)),
+            Placed::Mesh(mesh, _) => Emitter::from_mesh(mesh),
+        };
+        let emitter = emitter.ok_or_else(|| {
+            let path = format!("{path}.emission");
+            Error::new(ErrorKind::Invalid, DESCRIPTION, &path, "emission from a surface without area", "a surface with some area")
+        })?;
+        self.lights.push(Light::Area(AreaLight { radiance: spectrum(emission.radiance), emitter }));
+        Ok(Some(self.lights.len() as u32 - 1))
+    }
+
+    /// The triangles of a geometry in its own frame.
+    fn mesh(&mut self, geometry: &'a Geometry) -> Result<Mesh, Error> {
+        let (file, format) = match geometry {
+            Geometry::Rectangle => return Ok(rectangle()),
+            Geometry::Cube => return Ok(cube()),
+            Geometry::Mesh(mesh) => return Ok(inline(mesh)),
+            Geometry::Obj(file) => (file, MeshFormat::Obj),
+            Geometry::Ply(file) => (file, MeshFormat::Ply),
+            // Neither is made of triangles, and neither is asked for here.
+            Geometry::Sphere(_) | Geometry::Instance(_) => return Ok(Mesh::default()),
+        };
+        let key = (file.file.as_str(), format, file.normals as u8);
+        if let Some(mesh) = self.files.get(&key) {
+            return Ok(mesh.clone());
+        }
+        let mesh = mesh::read(self.assets, &file.file, format, file.normals)?;
+        self.files.insert(key, mesh.clone());
+        Ok(mesh)
+    }
+}
+
+fn transform(matrix: DMat4, path: &str) -> Result<Transform, Error> {
+    let rows = [0, 1, 2].map(|row| matrix.row(row).to_array());
+    Transform::from_rows(rows).ok_or_else(|| {
+        let found = "a transform that flattens space or overflows";
+        Error::new(ErrorKind::Invalid, DESCRIPTION, path, found, "one that can be undone")
+    })
+}
+
+/// [-1, 1]² in the XY plane, normal +Z, texture coordinates [0, 1]².
+fn rectangle() -> Mesh {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(Vec2::from);
+    Mesh {
+        positions: corners.iter().map(|corner| corner.extend(0.0)).collect(),
+        uvs: corners.iter().map(|corner| (*corner + 1.0) * 0.5).collect(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+/// [-1, 1]³, normals outwards. Vertex k has its bits as coordinates: 0 is −1, 1 is +1; bit 0 is x.
+fn cube() -> Mesh {
+    let coordinate = |k: u32, axis: u32| if k >> axis & 1 == 1 { 1.0 } else { -1.0 };
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh {
+        positions: (0..8).map(|k| Vec3::new(coordinate(k, 0), coordinate(k, 1), coordinate(k, 2))).collect(),
+        triangles: faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
+        ..Mesh::default()
+    }
+}
+
+fn inline(mesh: &description::MeshInline) -> Mesh {
+    Mesh {
+        positions: mesh.positions.iter().copied().map(Vec3::from).collect(),
+        normals: mesh.normals.iter().flatten().map(|normal| Vec3::from(*normal).normalize_or_zero()).collect(),
+        uvs: mesh.uvs.iter().flatten().copied().map(Vec2::from).collect(),
+        triangles: mesh.indices.clone(),
+    }
+}
+
+fn spectrum(colour: Colour) -> Spectrum {
+    let [r, g, b] = colour.to_f32();
+    Spectrum::rgb(r, g, b)
+}
+
+fn material(material: &description::Material) -> Material {
+    match material {
+        description::Material::Diffuse(diffuse) => {
+            Material::Diffuse(Diffuse { reflectance: spectrum(diffuse.reflectance), two_sided: diffuse.two_sided })
+        }
+        description::Material::Conductor(conductor) => {
+            // A checked description always has an index; without one it is the perfect mirror.
+            let (eta, k) = conductor.index_of_refraction().unwrap_or((Colour::grey(0.0), Colour::WHITE));
+            Material::Conductor(Conductor {
+                eta: spectrum(eta),
+                k: spectrum(k),
+                reflectance: spectrum(conductor.reflectance),
+                ggx: Ggx::new(conductor.roughness as f32),
+                two_sided: conductor.two_sided,
+            })
+        }
+        description::Material::Dielectric(dielectric) => Material::Dielectric(Dielectric {
+            eta: (dielectric.interior_ior / dielectric.exterior_ior) as f32,
+            reflectance: spectrum(dielectric.reflectance),
+            transmittance: spectrum(dielectric.transmittance),
+            ggx: Ggx::new(dielectric.roughness as f32),
+        }),
+    }
+}
+
+fn sensor(camera: &Camera) -> Result<Sensor, Error> {
+    let Camera::Perspective(camera) = camera;
+    // The sensor's x points to the right of the picture, the description's to the left.
+    let mirrored = camera.to_world.matrix() * DMat4::from_scale(glam::DVec3::new(-1.0, 1.0, 1.0));
+    Ok(Sensor {
+        to_world: transform(mirrored, "camera.perspective.to_world")?,
+        half_tangent: libm::tan(camera.fov.to_radians() * 0.5) as f32,
+        axis: match camera.fov_axis {
+            description::FovAxis::X => FieldAxis::X,
+            description::FovAxis::Y => FieldAxis::Y,
+            description::FovAxis::Smaller => FieldAxis::Smaller,
+            description::FovAxis::Larger => FieldAxis::Larger,
+        },
+        lens_radius: camera.lens_radius as f32,
+        focus_distance: camera.focus_distance as f32,
+    })
+}
+
+#[cfg(test)]
+mod tests;
