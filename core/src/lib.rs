@@ -14,7 +14,13 @@ pub mod material;
 pub mod sensor;
 // storey 3: scene
 pub mod scene;
+// storey 4: paths, the contract
+pub mod path;
 // storey 5: methods
 pub mod film;
+pub mod integrator;
+pub mod shift;
 // storey 6: composition
+pub mod gradient;
 pub mod plan;
+pub mod render;

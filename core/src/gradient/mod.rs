@@ -1,0 +1,7 @@
+//! Gradients: the difference between a base path and its shift, weighted so that both directions of the shift add up to the truth.
+
+mod estimate;
+mod pair;
+
+pub use estimate::difference;
+pub use pair::Pair;

@@ -1,0 +1,6 @@
+//! Integrators: who draws base paths, one file each.
+
+mod path;
+
+pub use path::PathIntegrator;
+pub(crate) use path::sees;

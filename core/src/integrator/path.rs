@@ -1,0 +1,140 @@
+//! Unidirectional path tracing with next-event estimation.
+//!
+//! # Source
+//! Kajiya, "The Rendering Equation", SIGGRAPH 1986; multiple importance sampling by Veach and Guibas, SIGGRAPH 1995, balance heuristic.
+
+use crate::light::LightPoint;
+use crate::math::{Ray, segment};
+use crate::path::{FirstSurface, Integrator, Joint, Step, Strategy, Subpath, Vertex};
+use crate::sampling::{Dimension, SampleStream};
+use crate::scene::Scene;
+use crate::spectrum::Spectrum;
+
+/// The path integrator.
+#[derive(Clone, Copy, Debug)]
+pub struct PathIntegrator {
+    /// Longest path in edges.
+    pub max_depth: u32,
+    /// Edges after which Russian roulette starts.
+    pub roulette_depth: u32,
+    /// Roughness at and above which a vertex is connectable.
+    pub shift_threshold: f32,
+}
+
+/// Roulette never lets more than this through, so that closed white rooms end.
+const MOST_SURVIVAL: f32 = 0.95;
+
+impl Integrator for PathIntegrator {
+    fn generate(&self, scene: &Scene, camera: &Ray, stream: &SampleStream, out: &mut Subpath) {
+        out.clear();
+        out.rays = 1;
+        let Some(surface) = scene.trace(camera) else {
+            if let Some(point) = scene.lights.at_infinity(camera.direction) {
+                out.direct = scene.lights.radiance(&point, camera.origin);
+            }
+            return;
+        };
+        if let Some(point) = scene.light_point(&surface) {
+            out.direct = scene.lights.radiance(&point, camera.origin);
+        }
+        let mut vertex = Vertex::new(scene, &surface, camera.direction, self.shift_threshold);
+        out.first = Some(FirstSurface {
+            albedo: vertex.material(scene).albedo(),
+            normal: if vertex.wo.z < 0.0 { -vertex.frame.normal } else { vertex.frame.normal },
+            depth: surface.t,
+        });
+        let mut throughput = Spectrum::WHITE;
+        // A joint at vertex k has k + 2 edges.
+        for k in 0..self.max_depth.saturating_sub(1) as usize {
+            out.vertices.push(vertex);
+            let delta = vertex.material(scene).is_delta();
+            if !delta && let Some(joint) = self.next_event(scene, &vertex, k, stream) {
+                out.rays += u32::from(!joint.evaluation.value.is_black());
+                out.joints.push(joint);
+            }
+            let Some(scatter) = vertex.sample(scene, stream.number(Dimension::lobe(k)), stream.pair(Dimension::direction(k))) else { break };
+            let mut step = Step {
+                wi: scatter.wi,
+                evaluation: scatter.evaluation,
+                survival: 1.0,
+                delta,
+                transmits: vertex.wo.z * vertex.frame.normal.dot(scatter.wi) < 0.0,
+            };
+            if k as u32 + 2 > self.roulette_depth {
+                step.survival = (throughput * step.weight()).max().min(MOST_SURVIVAL);
+                if stream.number(Dimension::roulette(k)) >= step.survival {
+                    break;
+                }
+            }
+            throughput *= step.weight();
+            out.steps.push(step);
+            out.rays += 1;
+            let Some(surface) = scene.trace(&vertex.leave(step.wi)) else {
+                if let Some(point) = scene.lights.at_infinity(step.wi) {
+                    out.joints.push(hit(scene, &vertex, k, &step, point));
+                }
+                break;
+            };
+            if let Some(point) = scene.light_point(&surface) {
+                let joint = hit(scene, &vertex, k, &step, point);
+                if !joint.radiance.is_black() {
+                    out.joints.push(joint);
+                }
+            }
+            vertex = Vertex::new(scene, &surface, step.wi, self.shift_threshold);
+            if k as u32 + 2 == self.max_depth {
+                // Beyond the last edge nothing is gathered, but shifts must know what the last step met.
+                out.vertices.push(vertex);
+            }
+        }
+        out.gather();
+    }
+}
+
+impl PathIntegrator {
+    /// A light point seen from a vertex. Blocked ones are kept too: they may be visible from the offset path.
+    #[inline]
+    fn next_event(&self, scene: &Scene, vertex: &Vertex, k: usize, stream: &SampleStream) -> Option<Joint> {
+        let sample = scene.lights.sample(vertex.position, stream.number(Dimension::light_choice(k)), stream.pair(Dimension::light_point(k)))?;
+        let point = sample.point;
+        let wi = if point.infinite { point.position } else { (point.position - vertex.position).normalize() };
+        let evaluation = vertex.evaluate(scene, wi);
+        let radiance = scene.lights.radiance(&point, vertex.position);
+        let visible = !evaluation.value.is_black() && sees(scene, vertex, &point);
+        Some(Joint {
+            vertex: k as u32,
+            strategy: Strategy::NextEvent,
+            wi,
+            point,
+            radiance,
+            evaluation,
+            light_density: sample.density,
+            visible,
+            survival: 1.0,
+        })
+    }
+}
+
+/// Whether nothing lies between a vertex and a light point.
+#[inline]
+pub(crate) fn sees(scene: &Scene, vertex: &Vertex, point: &LightPoint) -> bool {
+    let ray =
+        if point.infinite { vertex.leave(point.position) } else { segment(vertex.end(), (point.position, point.error, point.normal)) };
+    !scene.world.occluded(&ray)
+}
+
+/// The joint of a step that met a light.
+#[inline]
+fn hit(scene: &Scene, vertex: &Vertex, k: usize, step: &Step, point: LightPoint) -> Joint {
+    Joint {
+        vertex: k as u32,
+        strategy: Strategy::Hit,
+        wi: step.wi,
+        point,
+        radiance: scene.lights.radiance(&point, vertex.position),
+        evaluation: step.evaluation,
+        light_density: if step.delta { 0.0 } else { scene.lights.density(vertex.position, &point) },
+        visible: true,
+        survival: step.survival,
+    }
+}
