@@ -24,3 +24,6 @@ pub mod shift;
 pub mod gradient;
 pub mod plan;
 pub mod render;
+
+#[cfg(test)]
+mod testing;

@@ -2,6 +2,8 @@
 
 mod estimate;
 mod pair;
+#[cfg(test)]
+mod tests;
 
 pub use estimate::difference;
 pub use pair::Pair;

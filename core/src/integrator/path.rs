@@ -52,7 +52,9 @@ impl Integrator for PathIntegrator {
                 out.rays += u32::from(!joint.evaluation.value.is_black());
                 out.joints.push(joint);
             }
-            let Some(scatter) = vertex.sample(scene, stream.number(Dimension::lobe(k)), stream.pair(Dimension::direction(k))) else { break };
+            let Some(scatter) = vertex.sample(scene, stream.number(Dimension::lobe(k)), stream.pair(Dimension::direction(k))) else {
+                break;
+            };
             let mut step = Step {
                 wi: scatter.wi,
                 evaluation: scatter.evaluation,
@@ -95,7 +97,8 @@ impl PathIntegrator {
     /// A light point seen from a vertex. Blocked ones are kept too: they may be visible from the offset path.
     #[inline]
     fn next_event(&self, scene: &Scene, vertex: &Vertex, k: usize, stream: &SampleStream) -> Option<Joint> {
-        let sample = scene.lights.sample(vertex.position, stream.number(Dimension::light_choice(k)), stream.pair(Dimension::light_point(k)))?;
+        let sample =
+            scene.lights.sample(vertex.position, stream.number(Dimension::light_choice(k)), stream.pair(Dimension::light_point(k)))?;
         let point = sample.point;
         let wi = if point.infinite { point.position } else { (point.position - vertex.position).normalize() };
         let evaluation = vertex.evaluate(scene, wi);

@@ -64,13 +64,7 @@ pub struct OffsetSubpath {
 
 impl Default for OffsetSubpath {
     fn default() -> Self {
-        Self {
-            vertices: Vec::new(),
-            steps: Vec::new(),
-            emitters: Vec::new(),
-            end: OffsetEnd::Followed { escaped: false },
-            rays: 0,
-        }
+        Self { vertices: Vec::new(), steps: Vec::new(), emitters: Vec::new(), end: OffsetEnd::Followed { escaped: false }, rays: 0 }
     }
 }
 

@@ -35,7 +35,8 @@ pub fn half_vector(scene: &Scene, base: &Vertex, step: &Step, offset: &Vertex) -
         let refracted = refract(wo_offset, h, eta_offset).ok_or(ShiftFailure::TotalReflection)?;
         let raw_offset = wo_offset + refracted * eta_offset;
         let ratio = |a: f32, b: f32| f64::from(a) / f64::from(b);
-        let jacobian = ratio(raw_offset.length_squared(), raw.length_squared()) * ratio(wi.dot(h).abs(), refracted.dot(h).abs())
+        let jacobian = ratio(raw_offset.length_squared(), raw.length_squared())
+            * ratio(wi.dot(h).abs(), refracted.dot(h).abs())
             * ratio(eta * eta, eta_offset * eta_offset);
         (refracted, jacobian)
     } else {

@@ -1,0 +1,153 @@
+//! E[gradient] = difference of converged primals, gradients that are exactly zero, and primals that gradients do not touch.
+
+use crate::film::{Film, FrameFold, PlaneKind, TileFold};
+use crate::math::Vec3;
+use crate::plan::{Plan, Technique, WorkUnit};
+use crate::render::render_unit;
+use crate::scene::Scene;
+use crate::testing::{Stage, diffuse, plan, scenes};
+use rayon::prelude::*;
+
+fn render(scene: &Scene, plan: &Plan) -> Film {
+    let layout = plan.layout();
+    let mut frame = FrameFold::new(plan.extent, &layout);
+    let folds: Vec<TileFold> = plan
+        .extent
+        .tiles(2)
+        .into_par_iter()
+        .map(|tile| {
+            let mut fold = TileFold::new(tile, &layout);
+            for samples in plan.sample_ranges() {
+                fold.add(&render_unit(scene, plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+            }
+            fold
+        })
+        .collect();
+    for fold in &folds {
+        frame.place(fold).unwrap();
+    }
+    frame.finish().unwrap()
+}
+
+/// Means over independent seeds with the variance of that mean, per value.
+struct Estimate {
+    mean: Vec<f64>,
+    variance: Vec<f64>,
+}
+
+fn estimate(runs: &[Vec<f32>]) -> Estimate {
+    let n = runs.len() as f64;
+    let values = runs[0].len();
+    let mean: Vec<f64> = (0..values).map(|k| runs.iter().map(|r| f64::from(r[k])).sum::<f64>() / n).collect();
+    let variance = (0..values).map(|k| runs.iter().map(|r| (f64::from(r[k]) - mean[k]).powi(2)).sum::<f64>() / (n * (n - 1.0))).collect();
+    Estimate { mean, variance }
+}
+
+/// z-scores of the difference of two independent estimates, zero variances left out.
+fn z_scores(a: &Estimate, b: &Estimate) -> Vec<f64> {
+    (0..a.mean.len())
+        .filter_map(|k| {
+            let v = a.variance[k] + b.variance[k];
+            (v > 0.0).then(|| (a.mean[k] - b.mean[k]) / v.sqrt())
+        })
+        .collect()
+}
+
+const EDGE: u32 = 8;
+const RUNS: u64 = 24;
+
+#[test]
+fn gradients_estimate_the_difference_of_primals() {
+    for (name, scene) in scenes() {
+        // Independent seeds for gradients and primals, so that the z-scores are honest.
+        let gradients: Vec<Film> = (0..RUNS).map(|s| render(&scene, &plan(Technique::Gpt, EDGE, 256, 6, s))).collect();
+        let primals: Vec<Film> = (0..RUNS).map(|s| render(&scene, &plan(Technique::Pt, EDGE, 768, 6, 1000 + s))).collect();
+        let plane = |f: &Film, vertical: bool| {
+            let g = f.combined().gradients.unwrap();
+            if vertical { g.dy.data().to_vec() } else { g.dx.data().to_vec() }
+        };
+        let finite = |f: &Film, vertical: bool| {
+            let i = f.combined().primal;
+            let mut out = Vec::new();
+            for c in 0..3 {
+                for y in 0..EDGE {
+                    for x in 0..EDGE {
+                        let (nx, ny) = if vertical { (x, y + 1) } else { (x + 1, y) };
+                        out.push(if nx < EDGE && ny < EDGE { i.at(nx, ny, c) - i.at(x, y, c) } else { 0.0 });
+                    }
+                }
+            }
+            out
+        };
+        for vertical in [false, true] {
+            let a = estimate(&gradients.iter().map(|f| plane(f, vertical)).collect::<Vec<_>>());
+            let b = estimate(&primals.iter().map(|f| finite(f, vertical)).collect::<Vec<_>>());
+            let z = z_scores(&a, &b);
+            let worst = z.iter().fold(0.0f64, |w, z| w.max(z.abs()));
+            let n = z.len() as f64;
+            let mean = z.iter().sum::<f64>() / n;
+            let spread = z.iter().map(|z| z * z).sum::<f64>() / n;
+            eprintln!("{name} vertical {vertical}: worst |z| {worst:.2}, mean {mean:.3}, mean square {spread:.3} over {n}");
+            // t-distributed with about 46 degrees: at a Šidák-corrected 10⁻³ over 2·6·168 values |z| stays below 5.6.
+            assert!(worst < 5.6, "{name}: worst z {worst}");
+            assert!(spread < 1.4, "{name}: mean square z {spread}");
+        }
+    }
+}
+
+#[test]
+fn primal_does_not_depend_on_gradients() {
+    for (_, scene) in scenes() {
+        let with = render(&scene, &plan(Technique::Gpt, 6, 8, 6, 3));
+        let without = render(&scene, &plan(Technique::Pt, 6, 8, 6, 3));
+        for half in 0..2 {
+            assert_eq!(with.halves[half].primal, without.halves[half].primal);
+            assert_eq!(with.halves[half].direct, without.halves[half].direct);
+        }
+    }
+}
+
+#[test]
+fn tiles_and_sample_ranges_do_not_change_a_pixel() {
+    let (_, scene) = scenes().swap_remove(3);
+    let plan = plan(Technique::Gpt, 9, 32, 6, 5);
+    let layout = plan.layout();
+    let render = |edge| {
+        let mut frame = FrameFold::new(plan.extent, &layout);
+        for tile in plan.extent.tiles(edge) {
+            let mut fold = TileFold::new(tile, &layout);
+            for samples in plan.sample_ranges() {
+                fold.add(&render_unit(&scene, &plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+            }
+            frame.place(&fold).unwrap();
+        }
+        frame.finish().unwrap()
+    };
+    assert_eq!(render(3), render(64));
+    assert_eq!(render(4), render(64));
+    assert!(layout.contains(&PlaneKind::Depth));
+}
+
+#[test]
+fn open_furnace_has_its_closed_form() {
+    // A convex body of albedo 0.6 under a constant sky of radiance 2: every point of it has radiance 1.2.
+    let scene = Stage::default().sphere(Vec3::new(0.0, 0.0, 4.0), 1.0, diffuse(0.6, 0.6, 0.6), 0.0).environment(2.0).seen(0.1, 0.0);
+    let film = render(&scene, &plan(Technique::Gpt, 4, 1024, 4, 1));
+    let all = film.combined();
+    for (v, s) in all.primal.data().iter().zip(all.primal_variance.data()) {
+        let sigma = f64::from(*s).sqrt().max(1e-6);
+        assert!(((f64::from(*v) - 1.2) / sigma).abs() < 5.0, "{v} ± {sigma}");
+    }
+    let g = all.gradients.unwrap();
+    for (v, s) in g.dx.plane(0).iter().zip(g.dx_variance.plane(0)) {
+        assert!(f64::from(*v).abs() < 5.0 * f64::from(*s).sqrt() + 1e-6);
+    }
+}
+
+#[test]
+fn nothing_is_ever_not_finite() {
+    for (name, scene) in scenes() {
+        let film = render(&scene, &plan(Technique::Gpt, 8, 64, 12, 9));
+        assert_eq!(film.statistics.get(crate::film::Counter::NotFinite), 0, "{name}");
+    }
+}

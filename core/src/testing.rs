@@ -1,0 +1,136 @@
+//! Small scenes built in code, for the tests of transport.
+
+use crate::geometry::{Mesh, ShapeId, Sphere, WorldBuilder};
+use crate::lattice::Extent;
+use crate::light::{AreaLight, Emitter, Environment, Light, Lights};
+use crate::material::{Conductor, Dielectric, Diffuse, Ggx, Material};
+use crate::math::{Transform, Vec3};
+use crate::plan::{Plan, ReconstructionKind, Technique};
+use crate::scene::{Scene, Shape};
+use crate::sensor::{FieldAxis, Sensor};
+use crate::spectrum::Spectrum;
+
+/// Gathers a scene shape by shape.
+#[derive(Default)]
+pub(crate) struct Stage {
+    world: WorldBuilder,
+    shapes: Vec<Shape>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+}
+
+impl Stage {
+    fn shape(&mut self, material: Material, emitter: Option<(Emitter, f32)>) -> ShapeId {
+        let light = emitter.map(|(emitter, radiance)| {
+            self.lights.push(Light::Area(AreaLight { radiance: Spectrum::grey(radiance), emitter }));
+            self.lights.len() as u32 - 1
+        });
+        self.materials.push(material);
+        self.shapes.push(Shape { material: self.materials.len() as u32 - 1, light });
+        ShapeId(self.shapes.len() as u32 - 1)
+    }
+
+    /// A parallelogram; its front is the side of `a × b`.
+    pub(crate) fn quad(mut self, corner: Vec3, a: Vec3, b: Vec3, material: Material, radiance: f32) -> Self {
+        let mesh = Mesh {
+            positions: vec![corner, corner + a, corner + a + b, corner + b],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        };
+        let emitter = (radiance > 0.0).then(|| (Emitter::from_mesh(&mesh).unwrap(), radiance));
+        let id = self.shape(material, emitter);
+        self.world.meshes.push((mesh, id));
+        self
+    }
+
+    pub(crate) fn sphere(mut self, centre: Vec3, radius: f32, material: Material, radiance: f32) -> Self {
+        let sphere = Sphere { centre, radius };
+        let id = self.shape(material, (radiance > 0.0).then_some((Emitter::Sphere(sphere), radiance)));
+        self.world.spheres.push((sphere, id));
+        self
+    }
+
+    pub(crate) fn environment(mut self, radiance: f32) -> Self {
+        self.lights.push(Light::Environment(Environment { radiance: Spectrum::grey(radiance) }));
+        self
+    }
+
+    /// Seen from the origin along +z with a field of view of 2·atan(half).
+    pub(crate) fn seen(self, half_tangent: f32, lens_radius: f32) -> Scene {
+        let world = self.world.build();
+        let radius = world.bounds().radius();
+        Scene {
+            world,
+            shapes: self.shapes,
+            materials: self.materials,
+            lights: Lights::new(self.lights, radius),
+            sensor: Sensor { to_world: Transform::IDENTITY, half_tangent, axis: FieldAxis::X, lens_radius, focus_distance: 3.0 },
+        }
+    }
+}
+
+pub(crate) fn diffuse(r: f32, g: f32, b: f32) -> Material {
+    Material::Diffuse(Diffuse { reflectance: Spectrum::rgb(r, g, b), two_sided: true })
+}
+
+pub(crate) fn metal(alpha: f32) -> Material {
+    let (eta, k) = (Spectrum::rgb(0.2, 0.9, 1.1), Spectrum::rgb(3.9, 2.4, 2.1));
+    Material::Conductor(Conductor { eta, k, reflectance: Spectrum::WHITE, ggx: Ggx::new(alpha), two_sided: true })
+}
+
+pub(crate) fn glass(alpha: f32) -> Material {
+    Material::Dielectric(Dielectric { eta: 1.5, reflectance: Spectrum::WHITE, transmittance: Spectrum::WHITE, ggx: Ggx::new(alpha) })
+}
+
+/// A closed box of coloured walls from z = 1 to 5, a lamp under the ceiling, and room for objects.
+pub(crate) fn room() -> Stage {
+    let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
+    let p = Vec3::new;
+    Stage::default()
+        .quad(p(-1.0, -1.0, -1.0), x * 2.0, z * 6.0, diffuse(0.6, 0.6, 0.5), 0.0)
+        .quad(p(-1.0, 1.0, -1.0), z * 6.0, x * 2.0, diffuse(0.7, 0.7, 0.7), 0.0)
+        .quad(p(-1.0, -1.0, 5.0), y * 2.0, x * 2.0, diffuse(0.4, 0.5, 0.7), 0.0)
+        .quad(p(-1.0, -1.0, -1.0), z * 6.0, y * 2.0, diffuse(0.7, 0.2, 0.1), 0.0)
+        .quad(p(1.0, -1.0, -1.0), y * 2.0, z * 6.0, diffuse(0.2, 0.6, 0.2), 0.0)
+        .quad(p(-1.0, -1.0, -1.0), x * 2.0, y * 2.0, diffuse(0.5, 0.5, 0.5), 0.0)
+        .quad(p(-0.4, 0.95, 2.6), x * 0.8, z * 0.8, diffuse(0.0, 0.0, 0.0), 8.0)
+}
+
+/// The scenes that every technique and shift must render right, by name.
+pub(crate) fn scenes() -> Vec<(&'static str, Scene)> {
+    let p = Vec3::new;
+    vec![
+        ("diffuse", room().sphere(p(-0.3, -0.5, 3.2), 0.5, diffuse(0.8, 0.6, 0.3), 0.0).seen(0.35, 0.0)),
+        ("mirror", room().sphere(p(-0.2, -0.4, 3.2), 0.6, metal(0.0), 0.0).seen(0.3, 0.0)),
+        ("glass", room().sphere(p(0.1, -0.3, 3.0), 0.6, glass(0.0), 0.0).seen(0.3, 0.0)),
+        ("rough", room().sphere(p(-0.4, -0.5, 3.4), 0.5, metal(0.15), 0.0).sphere(p(0.4, -0.5, 3.0), 0.5, glass(0.2), 0.0).seen(0.35, 0.0)),
+        ("lens", room().sphere(p(0.0, -0.5, 2.4), 0.5, diffuse(0.8, 0.3, 0.3), 0.0).seen(0.35, 0.08)),
+        (
+            "open",
+            Stage::default()
+                .quad(p(-3.0, -1.0, 0.0), Vec3::X * 6.0, Vec3::Z * 8.0, diffuse(0.5, 0.5, 0.5), 0.0)
+                .sphere(p(-0.5, -0.4, 3.0), 0.6, metal(0.0), 0.0)
+                .sphere(p(0.6, -0.5, 3.2), 0.5, glass(0.0), 0.0)
+                .sphere(p(0.3, 1.2, 3.0), 0.2, diffuse(0.0, 0.0, 0.0), 20.0)
+                .environment(0.7)
+                .seen(0.5, 0.0),
+        ),
+    ]
+}
+
+/// A plan for tests: everything that matters is an argument.
+pub(crate) fn plan(technique: Technique, edge: u32, samples: u32, max_depth: u32, seed: u64) -> Plan {
+    Plan {
+        extent: Extent { width: edge, height: edge },
+        technique,
+        reconstruction: ReconstructionKind::None,
+        samples,
+        batch: Plan::BATCH,
+        seed,
+        alpha: 0.2,
+        max_depth,
+        roulette_depth: 4,
+        shift_threshold: 0.001,
+        reasons: Vec::new(),
+    }
+}
