@@ -12,8 +12,10 @@ pub mod geometry;
 pub mod light;
 pub mod material;
 pub mod sensor;
-// storey 3: scene
+// storey 3: scene, and what it calls for
 pub mod scene;
+// (effects → scene)
+pub mod effects;
 // storey 4: paths, the contract
 pub mod path;
 // storey 5: methods

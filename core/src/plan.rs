@@ -1,5 +1,9 @@
 //! The plan of a job: which technique, shift, planes and reconstruction, resolved from what the scene calls for and what was asked.
 
+mod resolve;
+
+pub use resolve::{PlanError, resolve};
+
 use crate::film::PlaneKind;
 use crate::lattice::{Extent, SampleRange, Tile};
 

@@ -1,0 +1,254 @@
+//! From what a scene calls for and what was asked to one plan, with a reason for every choice.
+
+use super::{Plan, ReconstructionKind, Request, Technique};
+use crate::effects::{Effect, Effects, analyse};
+use crate::lattice::Extent;
+use crate::scene::{SceneDescription, limits};
+
+/// Samples per pixel where nothing else was asked.
+const DEFAULT_SAMPLES: u32 = 64;
+/// Most samples per pixel.
+const MOST_SAMPLES: u32 = 1_000_000;
+/// Weight of the primal in the reconstruction where nothing else was asked (Kettunen et al. 2015).
+const DEFAULT_ALPHA: f32 = 0.2;
+/// Roughness from which shifts may join paths (the published experiments of Kettunen et al. 2015).
+const SHIFT_THRESHOLD: f32 = 0.001;
+
+/// Why no plan can be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// A choice needs something that another choice does not give.
+    #[error("{choice} needs {missing}: try {try_instead}")]
+    Missing {
+        /// The choice that cannot be had.
+        choice: String,
+        /// What it lacks.
+        missing: String,
+        /// What can be had instead.
+        try_instead: String,
+    },
+    /// A number outside its domain.
+    #[error("{what}: found {found}, expected {expected}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// The number.
+        found: String,
+        /// Its domain.
+        expected: String,
+    },
+}
+
+/// Makes the plan for a scene and a request.
+///
+/// # Errors
+/// A reconstruction that needs gradients with a technique that measures none; sizes, samples, depth or α outside their domains.
+pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, PlanError> {
+    let effects = analyse(scene);
+    let mut reasons = Vec::new();
+    let extent = extent(scene, request, &mut reasons)?;
+    let max_depth = request.max_depth.unwrap_or(scene.integrator.max_depth);
+    in_range("longest path", max_depth, limits::PATH_EDGES, "edges")?;
+    let technique = technique(request, extent, max_depth, &effects, &mut reasons);
+    let reconstruction = reconstruction(request, technique, &mut reasons)?;
+    let samples = request.samples.unwrap_or(DEFAULT_SAMPLES);
+    in_range("samples per pixel", samples, MOST_SAMPLES, "samples")?;
+    reasons.push(match request.samples {
+        Some(_) => format!("{samples} samples per pixel: asked for"),
+        None => format!("{samples} samples per pixel: the default"),
+    });
+    if samples == 1 {
+        reasons.push("one sample fills half A only: no error can be estimated from two halves".to_string());
+    }
+    let alpha = request.alpha.unwrap_or(DEFAULT_ALPHA);
+    if !(alpha.is_finite() && alpha > 0.0) {
+        return Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() });
+    }
+    Ok(Plan {
+        extent,
+        technique,
+        reconstruction,
+        samples,
+        batch: Plan::BATCH,
+        seed: request.seed,
+        alpha,
+        max_depth,
+        roulette_depth: scene.integrator.roulette_depth,
+        shift_threshold: SHIFT_THRESHOLD,
+        reasons,
+    })
+}
+
+fn in_range(what: &'static str, found: u32, most: u32, unit: &str) -> Result<(), PlanError> {
+    if (1..=most).contains(&found) {
+        return Ok(());
+    }
+    Err(PlanError::OutOfRange { what, found: found.to_string(), expected: format!("1 to {most} {unit}") })
+}
+
+fn extent(scene: &SceneDescription, request: &Request, reasons: &mut Vec<String>) -> Result<Extent, PlanError> {
+    let own = Extent { width: scene.film.width, height: scene.film.height };
+    let extent = request.extent.unwrap_or(own);
+    in_range("film width", extent.width, limits::FILM_SIDE, "pixels")?;
+    in_range("film height", extent.height, limits::FILM_SIDE, "pixels")?;
+    let pixels = u64::from(extent.width) * u64::from(extent.height);
+    if pixels > limits::FILM_PIXELS {
+        let expected = format!("at most {} pixels in all", limits::FILM_PIXELS);
+        return Err(PlanError::OutOfRange { what: "film", found: format!("{} × {}", extent.width, extent.height), expected });
+    }
+    let whose = if request.extent.is_some() { "asked for" } else { "the scene's own" };
+    reasons.push(format!("film of {} × {}: {whose}", extent.width, extent.height));
+    Ok(extent)
+}
+
+fn technique(request: &Request, extent: Extent, max_depth: u32, effects: &Effects, reasons: &mut Vec<String>) -> Technique {
+    let lit = effects.has(Effect::AreaLights) || effects.has(Effect::EnvironmentLight);
+    let (technique, why) = match request.technique {
+        Some(technique) => (technique, "asked for".to_string()),
+        None if extent.pixels() == 1 => (Technique::Pt, "a single pixel has no neighbour to measure a gradient to".to_string()),
+        None if max_depth == 1 => (Technique::Pt, "paths of one edge show emitters only, which are exact without gradients".to_string()),
+        None => {
+            (Technique::Gpt, "neighbouring pixels see nearly the same light, so their differences are less noisy than they are".to_string())
+        }
+    };
+    reasons.push(format!("technique {}: {why}", technique.name()));
+    if !lit {
+        reasons.push("nothing in the scene gives light: the image will be black".to_string());
+    }
+    if technique == Technique::Gpt {
+        let shift = if effects.has(Effect::SpecularChains) || effects.has(Effect::NearSpecular) {
+            let kinds = [Effect::SpecularChains, Effect::NearSpecular, Effect::Refraction];
+            let kinds: Vec<&str> = kinds.into_iter().filter(|kind| effects.has(*kind)).map(Effect::words).collect();
+            format!("half-vector copy through what is smoother than {SHIFT_THRESHOLD}, reconnection behind it: {}", kinds.join(", "))
+        } else {
+            "reconnection alone: every surface is diffuse".to_string()
+        };
+        reasons.push(format!("shift by {shift}"));
+    }
+    if effects.has(Effect::Caustics) {
+        let from = effects.because(Effect::Caustics).join("; ");
+        reasons.push(format!("caustics are possible ({from}) and converge slowly: paths find them from the camera's side only"));
+    }
+    technique
+}
+
+fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<String>) -> Result<ReconstructionKind, PlanError> {
+    let measures = technique.measures_gradients();
+    let (kind, why) = match request.reconstruction {
+        Some(kind) if kind != ReconstructionKind::None && !measures => {
+            return Err(PlanError::Missing {
+                choice: format!("reconstruction {}", kind.name()),
+                missing: format!("gradients, which technique {} does not measure", technique.name()),
+                try_instead: format!("technique {}, or reconstruction none", Technique::Gpt.name()),
+            });
+        }
+        Some(kind) => (kind, "asked for"),
+        None if measures => (ReconstructionKind::L2, "unbiased, and exact in one step; l1 trades a little bias for fewer outliers"),
+        None => (ReconstructionKind::None, "there are no gradients to reconstruct from"),
+    };
+    reasons.push(format!("reconstruction {}: {why}", kind.name()));
+    Ok(kind)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(shapes: &str, rest: &str) -> SceneDescription {
+        let text = format!(
+            r#"{{ "version": 1, "camera": {{ "perspective": {{ "fov": 40 }} }}, "film": {{ "width": 32, "height": 24 }},
+                "materials": {{ "white": {{ "diffuse": {{ "reflectance": 0.5 }} }}, "glass": {{ "dielectric": {{}} }} }},
+                "shapes": [{shapes}] {rest} }}"#
+        );
+        SceneDescription::from_json(&text, "test.json").unwrap()
+    }
+
+    fn lit() -> SceneDescription {
+        scene(r#"{ "geometry": "cube", "material": "white", "emission": { "radiance": 1 } }"#, "")
+    }
+
+    fn says(plan: &Plan, part: &str) -> bool {
+        plan.reasons.iter().any(|reason| reason.contains(part))
+    }
+
+    #[test]
+    fn left_alone_it_measures_gradients_and_reconstructs_without_bias() {
+        let plan = resolve(&lit(), &Request::default()).unwrap();
+        assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::L2));
+        assert_eq!((plan.samples, plan.batch, plan.alpha, plan.seed), (64, Plan::BATCH, 0.2, 0));
+        assert_eq!((plan.max_depth, plan.roulette_depth), (16, 5));
+        assert_eq!(plan.extent, Extent { width: 32, height: 24 });
+        assert!(says(&plan, "technique gpt: neighbouring") && says(&plan, "reconnection alone"));
+    }
+
+    #[test]
+    fn what_was_asked_is_done() {
+        let request = Request {
+            technique: Some(Technique::Gpt),
+            reconstruction: Some(ReconstructionKind::L1),
+            samples: Some(1_000_000),
+            extent: Some(Extent { width: 7, height: 5 }),
+            seed: 9,
+            alpha: Some(1.5),
+            max_depth: Some(2),
+        };
+        let plan = resolve(&lit(), &request).unwrap();
+        assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::L1));
+        assert_eq!((plan.samples, plan.alpha, plan.seed, plan.max_depth), (1_000_000, 1.5, 9, 2));
+        assert_eq!(plan.extent, Extent { width: 7, height: 5 });
+        assert!(says(&plan, "technique gpt: asked for"));
+    }
+
+    #[test]
+    fn without_gradients_there_is_nothing_to_reconstruct() {
+        let pt = Request { technique: Some(Technique::Pt), ..Request::default() };
+        assert_eq!(resolve(&lit(), &pt).unwrap().reconstruction, ReconstructionKind::None);
+        for kind in [ReconstructionKind::L1, ReconstructionKind::L2] {
+            let error = resolve(&lit(), &Request { reconstruction: Some(kind), ..pt.clone() }).unwrap_err();
+            let message = error.to_string();
+            assert!(
+                message.contains(kind.name()) && message.contains("needs gradients") && message.contains("try technique gpt"),
+                "{message}"
+            );
+        }
+        let none = Request { technique: Some(Technique::Gpt), reconstruction: Some(ReconstructionKind::None), ..Request::default() };
+        assert_eq!(resolve(&lit(), &none).unwrap().reconstruction, ReconstructionKind::None);
+    }
+
+    #[test]
+    fn where_no_gradient_can_help_none_is_measured() {
+        let one = Request { extent: Some(Extent { width: 1, height: 1 }), ..Request::default() };
+        assert_eq!(resolve(&lit(), &one).unwrap().technique, Technique::Pt);
+        let flat = Request { max_depth: Some(1), ..Request::default() };
+        assert_eq!(resolve(&lit(), &flat).unwrap().technique, Technique::Pt);
+    }
+
+    #[test]
+    fn the_scene_is_told_in_the_reasons() {
+        let glass = scene(
+            r#"{ "geometry": "cube", "material": "glass" }, { "geometry": "rectangle", "material": "white" }"#,
+            r#", "environment": { "radiance": 1 }"#,
+        );
+        let plan = resolve(&glass, &Request::default()).unwrap();
+        assert!(says(&plan, "half-vector copy") && says(&plan, "caustics are possible (materials.glass on shapes[0])"));
+        let dark = resolve(&scene("", ""), &Request::default()).unwrap();
+        assert!(says(&dark, "nothing in the scene gives light"));
+        let single = resolve(&lit(), &Request { samples: Some(1), ..Request::default() }).unwrap();
+        assert!(says(&single, "half A only"));
+    }
+
+    #[test]
+    fn numbers_outside_their_domains_are_refused() {
+        let ask = |request: Request| resolve(&lit(), &request).unwrap_err().to_string();
+        let base = Request::default;
+        assert!(ask(Request { samples: Some(0), ..base() }).contains("samples per pixel: found 0, expected 1 to 1000000"));
+        assert!(ask(Request { samples: Some(1_000_001), ..base() }).contains("1000001"));
+        for alpha in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(ask(Request { alpha: Some(alpha), ..base() }).starts_with("α: found"), "{alpha}");
+        }
+        assert!(ask(Request { max_depth: Some(0), ..base() }).contains("longest path"));
+        assert!(ask(Request { extent: Some(Extent { width: 0, height: 4 }), ..base() }).contains("film width: found 0"));
+        assert!(ask(Request { extent: Some(Extent { width: 9, height: 70_000 }), ..base() }).contains("film height: found 70000"));
+        assert!(ask(Request { extent: Some(Extent { width: 60_000, height: 60_000 }), ..base() }).contains("60000 × 60000"));
+    }
+}
