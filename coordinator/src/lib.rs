@@ -4,7 +4,10 @@
 //! `schedule` decides who gets what, `store` keeps what was acknowledged, `assemble` makes frames of results, `grpc` speaks to
 //! workers.
 
+pub mod clock;
 pub mod error;
 pub mod job;
+pub mod schedule;
 pub mod service;
+pub mod store;
 pub mod telemetry;

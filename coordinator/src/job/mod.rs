@@ -1,9 +1,148 @@
 //! One job: what it is, which states it passes through, and the pure machine that moves it.
+//!
+//! [`apply`] takes a job, an event and the time, changes the job and returns what is to be done about it. It does nothing itself: no
+//! clock, no store, no channel. Each event has its own file in `event/`; what must always hold is written in `invariants`.
 
+mod action;
+mod event;
+mod frame;
 mod identity;
+pub mod invariants;
+mod record;
+mod restore;
 mod state;
-mod time;
+mod unit;
 
+#[cfg(test)]
+pub(crate) mod tests;
+
+use gradfarm_core::film::Statistics;
+
+pub use action::{Action, Answer, News};
+pub use event::{Assembled, Event, submit};
+pub use frame::{Frame, Seconds};
 pub use identity::{JobId, ParseIdError, WorkerId};
+pub use record::{Change, DeliveredRecord, FileRecord, JobRecord, StoredJob, StoredUnit};
 pub use state::{FileKind, FrameState, JobState};
-pub use time::Timestamp;
+pub use unit::{Unit, UnitState};
+
+pub use crate::clock::Timestamp;
+use crate::schedule::Split;
+use unit::Units;
+
+/// Failures of one unit that fail its job.
+pub const MOST_FAILURES: u32 = 5;
+/// Losses of one unit (its worker died or fell silent) that fail its job: such a unit may be what kills them.
+pub const MOST_LOSSES: u32 = 12;
+
+/// A job in memory.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// What never changes.
+    pub record: JobRecord,
+    /// Its units.
+    pub split: Split,
+    /// Where it stands.
+    pub state: JobState,
+    /// Why it failed.
+    pub error: Option<String>,
+    /// When its first unit was leased.
+    pub started: Option<Timestamp>,
+    /// When it reached its final state.
+    pub finished: Option<Timestamp>,
+    /// Its frames, by position.
+    pub frames: Vec<Frame>,
+    units: Units,
+}
+
+/// Moves a job by one event. Events that come too late, twice or out of turn change nothing and are answered as such.
+pub fn apply(job: &mut Job, event: Event, now: Timestamp) -> Vec<Action> {
+    event.apply(job, now)
+}
+
+impl Job {
+    /// A unit, if the job has it in memory.
+    pub fn unit(&self, unit: u32) -> Option<&Unit> {
+        self.units.get(unit)
+    }
+
+    /// Units that wait for a worker.
+    pub fn ready(&self) -> usize {
+        self.units.ready().len()
+    }
+
+    /// Units that are leased, in order.
+    pub fn leased(&self) -> impl Iterator<Item = (u32, &Unit)> {
+        self.units.leased().iter().filter_map(|index| Some((*index, self.units.get(*index)?)))
+    }
+
+    /// The next unit for a worker. With `others` there is somebody else to take what this worker failed before.
+    pub fn next_for(&self, worker: WorkerId, others: bool) -> Option<u32> {
+        if self.state.is_final() {
+            return None;
+        }
+        let fits = |index: &u32| !others || self.units.get(*index).is_some_and(|unit| unit.failed_on != Some(worker));
+        self.units.ready().iter().copied().find(fits)
+    }
+
+    /// Whether a result for this lease would count now.
+    pub fn awaits(&self, unit: u32, epoch: u32) -> bool {
+        !self.state.is_final()
+            && self.units.get(unit).is_some_and(|u| u.epoch == epoch && epoch > 0 && !matches!(u.state, UnitState::Done { .. }))
+    }
+
+    /// Units that are done.
+    pub fn units_done(&self) -> u64 {
+        self.frames.iter().map(|frame| u64::from(frame.units)).sum()
+    }
+
+    /// Camera samples that are done.
+    pub fn samples_done(&self) -> u64 {
+        self.frames.iter().map(|frame| frame.samples).sum()
+    }
+
+    /// Counters summed over the assembled frames.
+    pub fn statistics(&self) -> Statistics {
+        let mut sum = Statistics::default();
+        self.frames.iter().for_each(|frame| sum.merge(&frame.statistics));
+        sum
+    }
+
+    /// What is kept of the parts that change.
+    fn kept(&self) -> Action {
+        let id = self.record.id;
+        Action::Keep(Change::Job { job: id, state: self.state, error: self.error.clone(), started: self.started, finished: self.finished })
+    }
+
+    fn kept_frame(&self, position: u32) -> Action {
+        Action::Keep(Change::Frame { job: self.record.id, position, frame: self.frames[position as usize].clone() })
+    }
+
+    /// Ends the job in a final state: takes all leases back and says so.
+    fn end(&mut self, state: JobState, error: Option<String>, now: Timestamp) -> Vec<Action> {
+        let mut actions = Vec::new();
+        for index in self.units.leased().clone() {
+            if let Some(worker) = self.units.release(index)
+                && let Some(unit) = self.units.get(index)
+            {
+                actions.push(Action::Keep(Change::Freed {
+                    job: self.record.id,
+                    unit: index,
+                    failures: unit.failures,
+                    losses: unit.losses,
+                }));
+                actions.push(Action::Revoke { unit: index, epoch: unit.epoch, worker });
+            }
+        }
+        self.state = state;
+        self.error = error;
+        self.finished = Some(now);
+        let partial: Vec<u32> = (0..self.split.frames())
+            .filter(|p| !matches!(self.frames[*p as usize].state, FrameState::Waiting | FrameState::Done))
+            .collect();
+        actions.extend(partial.into_iter().map(|position| self.kept_frame(position)));
+        actions.push(self.kept());
+        actions.push(Action::Tell(News::Job));
+        actions
+    }
+}

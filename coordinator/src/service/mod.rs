@@ -14,7 +14,9 @@ use gradfarm_proto::Digest;
 use tokio::net::TcpListener;
 
 pub use submission::{Frames, Submission};
-pub use view::{Count, FrameView, JobEvent, JobSummary, JobView, Seconds, TileView, WorkerView};
+pub use view::{Count, FrameView, JobEvent, JobSummary, JobView, TileView, WorkerView};
+
+pub use crate::job::Seconds;
 
 use crate::error::Error;
 use crate::job::{FileKind, JobId};

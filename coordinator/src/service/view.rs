@@ -5,7 +5,7 @@ use gradfarm_core::lattice::Tile;
 use gradfarm_core::plan::Plan;
 use gradfarm_proto::Digest;
 
-use crate::job::{FrameState, JobId, JobState, Timestamp, WorkerId};
+use crate::job::{FrameState, JobId, JobState, Seconds, Timestamp, WorkerId};
 
 /// So much of so much.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,39 +14,6 @@ pub struct Count {
     pub done: u64,
     /// All there is to do.
     pub total: u64,
-}
-
-/// Where the time went [s].
-///
-/// `load`, `compile` and `render` are sums over the workers' threads; the others are spans on the coordinator's clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Seconds {
-    /// Fetching scenes and assets.
-    pub load: f64,
-    /// Compiling scenes.
-    pub compile: f64,
-    /// Tracing, summed over threads.
-    pub render: f64,
-    /// From the first lease to the last accepted result.
-    pub render_span: f64,
-    /// Reading results and adding them up.
-    pub stitch: f64,
-    /// Reconstruction.
-    pub reconstruct: f64,
-    /// Encoding and storing the files.
-    pub write: f64,
-}
-
-impl std::ops::AddAssign for Seconds {
-    fn add_assign(&mut self, other: Self) {
-        self.load += other.load;
-        self.compile += other.compile;
-        self.render += other.render;
-        self.render_span += other.render_span;
-        self.stitch += other.stitch;
-        self.reconstruct += other.reconstruct;
-        self.write += other.write;
-    }
 }
 
 /// A job in a list.

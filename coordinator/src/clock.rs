@@ -1,7 +1,7 @@
-//! Points in time. The machine takes them as arguments and never looks at a clock.
+//! Points in time, and the one clock they come from.
 
 use std::ops::Add;
-use std::time::Duration;
+use std::time::{Duration, Instant, SystemTime};
 
 /// Milliseconds since 1970 by the coordinator's clock. Workers' clocks are never compared with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -29,5 +29,31 @@ impl Add<Duration> for Timestamp {
 
     fn add(self, span: Duration) -> Timestamp {
         Timestamp(self.0.saturating_add(i64::try_from(span.as_millis()).unwrap_or(i64::MAX)))
+    }
+}
+
+/// Reads the system's clock once and counts on from there, so that time never runs backwards within a process.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock {
+    start: Timestamp,
+    since: Instant,
+}
+
+impl Clock {
+    /// A clock that starts at the system's time.
+    pub fn new() -> Self {
+        let since_epoch = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        Self { start: Timestamp(0) + since_epoch, since: Instant::now() }
+    }
+
+    /// The time.
+    pub fn now(&self) -> Timestamp {
+        self.start + self.since.elapsed()
+    }
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self::new()
     }
 }

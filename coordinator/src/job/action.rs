@@ -1,0 +1,69 @@
+//! What is to be done after an event: the machine says it, the service does it, after the changes are durable.
+
+use super::identity::WorkerId;
+use super::record::Change;
+
+/// Something to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Make this durable, before anything else of the same event is done.
+    Keep(Change),
+    /// Tell the worker who delivered.
+    Answer(Answer),
+    /// Send this lease to the worker.
+    Grant {
+        /// Unit.
+        unit: u32,
+        /// Its new epoch.
+        epoch: u32,
+        /// Who gets it.
+        worker: WorkerId,
+    },
+    /// Tell the worker that this lease is no longer his.
+    Revoke {
+        /// Unit.
+        unit: u32,
+        /// Epoch of the lease that is over.
+        epoch: u32,
+        /// Who held it.
+        worker: WorkerId,
+    },
+    /// All results of this frame are there: stitch, reconstruct and write it.
+    Assemble {
+        /// Position of the frame.
+        frame: u32,
+    },
+    /// The worker failed a unit.
+    Blame(WorkerId),
+    /// A result of the worker counted.
+    Praise(WorkerId),
+    /// Tell whoever watches.
+    Tell(News),
+}
+
+/// The answer to a delivery.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The result counts, now or since an earlier delivery.
+    Accepted,
+    /// The lease is over.
+    Superseded,
+    /// The result is wrong.
+    Refused(String),
+}
+
+/// What changed, for those who watch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// The state of the job.
+    Job,
+    /// The state of the frame at this position.
+    Frame(u32),
+    /// A tile has one more result.
+    Tile {
+        /// Position of the frame.
+        frame: u32,
+        /// Index of the tile.
+        tile: u32,
+    },
+}

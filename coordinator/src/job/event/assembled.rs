@@ -1,0 +1,32 @@
+//! A frame is finished, or cannot be.
+
+use super::Assembled;
+use crate::clock::Timestamp;
+use crate::job::{Action, Change, FrameState, Job, JobState, News};
+
+pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, String>, now: Timestamp) -> Vec<Action> {
+    let assembling = job.frames.get(position as usize).is_some_and(|frame| frame.state == FrameState::Assembling);
+    if job.state.is_final() || !assembling {
+        return Vec::new();
+    }
+    let number = job.record.first_frame + position;
+    let assembled = match outcome {
+        Ok(assembled) => assembled,
+        Err(reason) => return job.end(JobState::Failed, Some(format!("frame {number} could not be assembled: {reason}")), now),
+    };
+    let frame = &mut job.frames[position as usize];
+    frame.state = FrameState::Done;
+    frame.seconds.stitch = assembled.seconds.stitch;
+    frame.seconds.reconstruct = assembled.seconds.reconstruct;
+    frame.seconds.write = assembled.seconds.write;
+    frame.estimated_relmse = assembled.estimated_relmse;
+    frame.statistics = assembled.statistics;
+    let job_id = job.record.id;
+    let mut actions: Vec<Action> =
+        assembled.files.into_iter().map(|file| Action::Keep(Change::File { job: job_id, position, file })).collect();
+    actions.extend([job.kept_frame(position), Action::Tell(News::Frame(position))]);
+    if job.frames.iter().all(|frame| frame.state == FrameState::Done) {
+        actions.extend(job.end(JobState::Done, None, now));
+    }
+    actions
+}

@@ -1,0 +1,43 @@
+//! A result arrives. It counts if and only if its epoch is the unit's, once.
+
+use crate::clock::Timestamp;
+use crate::job::record::DeliveredRecord;
+use crate::job::unit::UnitState;
+use crate::job::{Action, Answer, Change, FrameState, Job, News, Seconds, WorkerId};
+
+pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, result: DeliveredRecord, now: Timestamp) -> Vec<Action> {
+    let superseded = vec![Action::Answer(Answer::Superseded)];
+    let Some(held) = job.unit(unit).copied() else { return superseded };
+    if held.epoch != epoch || epoch == 0 {
+        return superseded;
+    }
+    match held.state {
+        // Delivered again because the first answer was lost.
+        UnitState::Done { content } if content == result.content => return vec![Action::Answer(Answer::Accepted)],
+        UnitState::Done { .. } => return superseded,
+        UnitState::Ready | UnitState::Leased { .. } if job.state.is_final() => return superseded,
+        UnitState::Ready | UnitState::Leased { .. } => {}
+    }
+    job.units.set(unit, UnitState::Done { content: result.content });
+    let mut actions = vec![
+        Action::Keep(Change::Delivered { job: job.record.id, unit, epoch, result }),
+        Action::Answer(Answer::Accepted),
+        Action::Praise(worker),
+    ];
+    let place = job.split.place(unit);
+    let samples = job.split.samples(unit);
+    let all = job.split.units_per_frame();
+    let frame = &mut job.frames[place.frame as usize];
+    frame.units += 1;
+    frame.samples += samples;
+    frame.seconds += Seconds { load: result.load, compile: result.compile, render: result.render, ..Seconds::default() };
+    frame.seconds.render_span = frame.started.map_or(0.0, |started| now.seconds_since(started));
+    actions.push(Action::Tell(News::Tile { frame: place.frame, tile: place.tile }));
+    if frame.units == all {
+        frame.state = FrameState::Assembling;
+        actions.push(job.kept_frame(place.frame));
+        actions.push(Action::Assemble { frame: place.frame });
+        actions.push(Action::Tell(News::Frame(place.frame)));
+    }
+    actions
+}

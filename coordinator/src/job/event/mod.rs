@@ -1,0 +1,119 @@
+//! What can happen to a job. One file for each event.
+
+mod assembled;
+mod cancelled;
+mod delivered;
+mod failed;
+mod leased;
+mod released;
+mod renewed;
+mod submitted;
+
+use super::identity::WorkerId;
+use super::record::{DeliveredRecord, FileRecord};
+use super::{Action, Job, Seconds};
+use crate::clock::Timestamp;
+use gradfarm_core::film::Statistics;
+
+pub use submitted::submit;
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The schedule gives a ready unit to a worker.
+    Leased {
+        /// Unit.
+        unit: u32,
+        /// Who gets it.
+        worker: WorkerId,
+        /// Until when, unless renewed.
+        until: Timestamp,
+    },
+    /// A worker says that it still holds a lease: by a heartbeat, or by coming back.
+    Renewed {
+        /// Unit.
+        unit: u32,
+        /// Epoch of its lease.
+        epoch: u32,
+        /// Who holds it.
+        worker: WorkerId,
+        /// Until when it lives now.
+        until: Timestamp,
+    },
+    /// A worker hands a lease back, through no fault of the unit.
+    Returned {
+        /// Unit.
+        unit: u32,
+        /// Epoch of its lease.
+        epoch: u32,
+        /// Who held it.
+        worker: WorkerId,
+    },
+    /// The connection to a worker broke.
+    Lost {
+        /// Which.
+        worker: WorkerId,
+    },
+    /// Time went by: leases may have run out.
+    Expired,
+    /// A checked and stored result.
+    Delivered {
+        /// Unit.
+        unit: u32,
+        /// Epoch of the lease that it was made under.
+        epoch: u32,
+        /// Who made it.
+        worker: WorkerId,
+        /// The result.
+        result: DeliveredRecord,
+    },
+    /// A worker could not carry out a unit, or its result was wrong.
+    Failed {
+        /// Unit.
+        unit: u32,
+        /// Epoch of its lease.
+        epoch: u32,
+        /// Who failed.
+        worker: WorkerId,
+        /// Why.
+        reason: String,
+    },
+    /// Somebody calls the job off.
+    Cancelled,
+    /// A frame was assembled, or could not be.
+    Assembled {
+        /// Position of the frame.
+        frame: u32,
+        /// The outcome.
+        outcome: Result<Assembled, String>,
+    },
+}
+
+/// A frame that is finished and stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assembled {
+    /// Its files.
+    pub files: Vec<FileRecord>,
+    /// Stitching, reconstructing and writing; the rest is zero.
+    pub seconds: Seconds,
+    /// Estimated relMSE.
+    pub estimated_relmse: Option<f64>,
+    /// Counters of all its units.
+    pub statistics: Statistics,
+}
+
+impl Event {
+    pub(super) fn apply(self, job: &mut Job, now: Timestamp) -> Vec<Action> {
+        match self {
+            Event::Leased { unit, worker, until } => leased::apply(job, unit, worker, until, now),
+            Event::Renewed { unit, epoch, worker, until } => renewed::apply(job, unit, epoch, worker, until),
+            Event::Returned { unit, epoch, worker } => released::returned(job, unit, epoch, worker),
+            Event::Lost { worker } => released::lost(job, worker, now),
+            Event::Expired => released::expired(job, now),
+            Event::Delivered { unit, epoch, worker, result } => delivered::apply(job, unit, epoch, worker, result, now),
+            Event::Failed { unit, epoch, worker, reason } => failed::apply(job, unit, epoch, worker, &reason, now),
+            Event::Cancelled => cancelled::apply(job, now),
+            Event::Assembled { frame, outcome } => assembled::apply(job, frame, outcome, now),
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! A frame of a job, and where its time went.
+
+use gradfarm_core::film::Statistics;
+
+use super::state::FrameState;
+use crate::clock::Timestamp;
+
+/// Where the time went [s].
+///
+/// `load`, `compile` and `render` are sums over the workers' threads; the others are spans on the coordinator's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seconds {
+    /// Fetching scenes and assets.
+    pub load: f64,
+    /// Compiling scenes.
+    pub compile: f64,
+    /// Tracing, summed over threads.
+    pub render: f64,
+    /// From the first lease to the last accepted result.
+    pub render_span: f64,
+    /// Reading results and adding them up.
+    pub stitch: f64,
+    /// Reconstruction.
+    pub reconstruct: f64,
+    /// Encoding and storing the files.
+    pub write: f64,
+}
+
+impl std::ops::AddAssign for Seconds {
+    fn add_assign(&mut self, other: Self) {
+        self.load += other.load;
+        self.compile += other.compile;
+        self.render += other.render;
+        self.render_span += other.render_span;
+        self.stitch += other.stitch;
+        self.reconstruct += other.reconstruct;
+        self.write += other.write;
+    }
+}
+
+/// How far a frame has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Where it stands.
+    pub state: FrameState,
+    /// When its first unit was leased.
+    pub started: Option<Timestamp>,
+    /// Units that are done.
+    pub units: u32,
+    /// Camera samples that are done.
+    pub samples: u64,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Estimated relMSE of the finished image.
+    pub estimated_relmse: Option<f64>,
+    /// Counters summed over its units, once assembled.
+    pub statistics: Statistics,
+}
+
+impl Frame {
+    /// A frame that nothing was done for.
+    pub fn waiting() -> Self {
+        Self {
+            state: FrameState::Waiting,
+            started: None,
+            units: 0,
+            samples: 0,
+            seconds: Seconds::default(),
+            estimated_relmse: None,
+            statistics: Statistics::default(),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! What holds for every job at every moment between two events.
+//!
+//! * I1: at most one live lease for each unit and epoch: a unit is ready, leased or done, and in the set of that name only.
+//! * I2: a done unit stays done, and its digest never changes. (Between two states: see the tests of this module.)
+//! * I3: a result counts if and only if its epoch is the unit's at that moment. (Between two states.)
+//! * I4: the samples of a frame are the sum over its done units.
+//! * I5: a frame is assembled if and only if all its units are done.
+//! * I6: a job that is not over has a ready unit, a live lease, or a frame that is being assembled: it always has an owner.
+//! * I9: a job that is over holds no lease, and a cancelled job stays cancelled.
+
+use super::state::{FrameState, JobState};
+use super::unit::UnitState;
+use super::{Frame, Job};
+
+/// Checks the invariants that a single state can show, in time linear in the units.
+///
+/// # Errors
+/// The first one that does not hold, in words.
+pub fn check(job: &Job) -> Result<(), String> {
+    let in_memory = !job.units.all().is_empty();
+    let mut counted = vec![(0u32, 0u64); job.frames.len()];
+    for (index, unit) in job.units.all().iter().enumerate() {
+        let index = index as u32;
+        let (ready, leased) = (job.units.ready().contains(&index), job.units.leased().contains(&index));
+        let expected = match unit.state {
+            UnitState::Ready => (true, false),
+            UnitState::Leased { .. } => (false, true),
+            UnitState::Done { .. } => (false, false),
+        };
+        if (ready, leased) != expected {
+            return Err(format!("I1: unit {index} is {:?} but in sets {:?}", unit.state, (ready, leased)));
+        }
+        if unit.epoch == 0 && unit.state != UnitState::Ready {
+            return Err(format!("I3: unit {index} is {:?} without ever being granted", unit.state));
+        }
+        if matches!(unit.state, UnitState::Done { .. }) {
+            let place = job.split.place(index);
+            let (units, samples) = &mut counted[place.frame as usize];
+            *units += 1;
+            *samples += job.split.samples(index);
+        }
+    }
+    if in_memory {
+        for (position, (frame, (units, samples))) in job.frames.iter().zip(&counted).enumerate() {
+            if (frame.units, frame.samples) != (*units, *samples) {
+                return Err(format!(
+                    "I4: frame {position} counts {} units and {} samples, its units say {units} and {samples}",
+                    frame.units, frame.samples
+                ));
+            }
+            let complete = *units == job.split.units_per_frame();
+            let assembled = matches!(frame.state, FrameState::Assembling | FrameState::Done);
+            if complete != assembled {
+                return Err(format!("I5: frame {position} is {:?} with {units} units done", frame.state));
+            }
+        }
+    }
+    let in_work = |frame: &Frame| frame.state == FrameState::Assembling;
+    if !job.state.is_final() && job.units.ready().is_empty() && job.units.leased().is_empty() && !job.frames.iter().any(in_work) {
+        return Err("I6: nothing is ready, leased or being assembled, yet the job is not over".into());
+    }
+    if job.state.is_final() && !job.units.leased().is_empty() {
+        return Err(format!("I9: the job is {:?} and still holds leases", job.state));
+    }
+    if job.state == JobState::Done && job.frames.iter().any(|frame| frame.state != FrameState::Done) {
+        return Err("I5: the job is done, but not all its frames".into());
+    }
+    Ok(())
+}

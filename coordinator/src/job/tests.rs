@@ -1,0 +1,304 @@
+//! Random histories of a job: double execution, late deliveries, expiry, lost workers, restarts. The invariants hold after every
+//! event, and the store never meets a change that does not fit.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use gradfarm_proto::Digest;
+use proptest::prelude::*;
+
+use super::*;
+use crate::schedule::split::tests::plan;
+use crate::store::{Memory, Store};
+
+const TTL: Duration = Duration::from_secs(15);
+
+/// A step of a history. Numbers pick among what there is, modulo its length.
+#[derive(Clone, Debug)]
+pub(crate) enum Step {
+    Lease { worker: usize },
+    Renew { grant: usize },
+    Return { grant: usize },
+    Lose { worker: usize },
+    Pass { millis: u64 },
+    Deliver { grant: usize, wrong: bool },
+    Fail { grant: usize },
+    Assemble { works: bool },
+    Cancel,
+    Restart,
+}
+
+pub(crate) fn steps() -> impl Strategy<Value = Vec<Step>> {
+    let step = prop_oneof![
+        30 => (0usize..3).prop_map(|worker| Step::Lease { worker }),
+        8 => any::<usize>().prop_map(|grant| Step::Renew { grant }),
+        4 => any::<usize>().prop_map(|grant| Step::Return { grant }),
+        4 => (0usize..3).prop_map(|worker| Step::Lose { worker }),
+        8 => (0u64..20_000).prop_map(|millis| Step::Pass { millis }),
+        30 => (any::<usize>(), prop::bool::weighted(0.05)).prop_map(|(grant, wrong)| Step::Deliver { grant, wrong }),
+        4 => any::<usize>().prop_map(|grant| Step::Fail { grant }),
+        8 => prop::bool::weighted(0.95).prop_map(|works| Step::Assemble { works }),
+        1 => Just(Step::Cancel),
+        3 => Just(Step::Restart),
+    ];
+    prop::collection::vec(step, 1..120)
+}
+
+/// A job of 2 frames × 2 ranges × 4 tiles.
+pub(crate) fn record(name: &str) -> JobRecord {
+    JobRecord {
+        id: JobId::fresh(),
+        name: name.into(),
+        priority: 0,
+        created: Timestamp::from_millis(1_000),
+        client_token: None,
+        scene: Digest::of(b"a scene"),
+        plan: plan(8, 8, 20),
+        tile: 4,
+        first_frame: 3,
+        frame_count: 2,
+    }
+}
+
+pub(crate) fn result(unit: u32, wrong: bool) -> DeliveredRecord {
+    let content = Digest::of(format!("unit {unit} {}", if wrong { "damaged" } else { "" }).as_bytes());
+    DeliveredRecord { content, blob: content, size: 100, load: 0.0, compile: 0.0, render: 0.25 }
+}
+
+/// A job, the store behind it, and everything that was granted and counted.
+pub(crate) struct History {
+    pub(crate) job: Job,
+    pub(crate) store: Memory,
+    pub(crate) changes: Vec<Vec<Change>>,
+    now: Timestamp,
+    workers: Vec<WorkerId>,
+    grants: Vec<(u32, u32, WorkerId)>,
+    counted: BTreeMap<u32, (u32, Digest)>,
+}
+
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    tokio::runtime::Builder::new_current_thread().build().unwrap().block_on(future)
+}
+
+impl History {
+    pub(crate) fn new() -> Self {
+        let (job, actions) = submit(record("history")).unwrap();
+        let mut history = Self {
+            job,
+            store: Memory::new(),
+            changes: Vec::new(),
+            now: Timestamp::from_millis(5_000),
+            workers: (0..3).map(|_| WorkerId::fresh()).collect(),
+            grants: Vec::new(),
+            counted: BTreeMap::new(),
+        };
+        history.keep(&actions);
+        history
+    }
+
+    fn keep(&mut self, actions: &[Action]) {
+        let changes: Vec<Change> =
+            actions.iter().filter_map(|a| if let Action::Keep(change) = a { Some(change.clone()) } else { None }).collect();
+        wait(self.store.commit(&changes)).expect("the machine's changes fit the store");
+        self.changes.push(changes);
+    }
+
+    fn apply(&mut self, event: Event) -> Vec<Action> {
+        let was_final = self.job.state.is_final().then_some(self.job.state);
+        let actions = apply(&mut self.job, event, self.now);
+        self.keep(&actions);
+        if let Some(state) = was_final {
+            assert_eq!(self.job.state, state, "a final state is final");
+            assert!(!actions.iter().any(|a| matches!(a, Action::Grant { .. } | Action::Assemble { .. })), "I9: no grant after the end");
+        }
+        self.check();
+        actions
+    }
+
+    fn check(&self) {
+        invariants::check(&self.job).unwrap();
+        for (unit, (epoch, content)) in &self.counted {
+            if let Some(held) = self.job.unit(*unit) {
+                assert_eq!(held.epoch, *epoch, "I2: unit {unit} was granted again after it was done");
+                assert_eq!(held.state, UnitState::Done { content: *content }, "I2");
+            }
+        }
+    }
+
+    pub(crate) fn stored(&self) -> StoredJob {
+        wait(self.store.jobs()).unwrap().remove(0)
+    }
+
+    fn pick(&self, grant: usize) -> Option<(u32, u32, WorkerId)> {
+        (!self.grants.is_empty()).then(|| self.grants[grant % self.grants.len()])
+    }
+
+    pub(crate) fn lease(&mut self, worker: usize) {
+        let worker = self.workers[worker];
+        let Some(unit) = self.job.next_for(worker, false) else { return };
+        let actions = self.apply(Event::Leased { unit, worker, until: self.now + TTL });
+        let granted: Vec<_> = actions
+            .iter()
+            .filter_map(|a| if let Action::Grant { unit, epoch, worker } = a { Some((*unit, *epoch, *worker)) } else { None })
+            .collect();
+        assert_eq!(granted.len(), 1);
+        assert!(!self.grants.iter().any(|(u, e, _)| (*u, *e) == (granted[0].0, granted[0].1)), "I1: an epoch is granted once");
+        self.grants.extend(granted);
+    }
+
+    pub(crate) fn deliver(&mut self, (unit, epoch, worker): (u32, u32, WorkerId), wrong: bool) {
+        let before = *self.job.unit(unit).unwrap();
+        let result = result(unit, wrong);
+        let due = self.job.awaits(unit, epoch);
+        let actions = self.apply(Event::Delivered { unit, epoch, worker, result });
+        let again = before.epoch == epoch && before.state == UnitState::Done { content: result.content };
+        let expected = if due || again { Answer::Accepted } else { Answer::Superseded };
+        assert!(actions.contains(&Action::Answer(expected)), "I3: {before:?} met epoch {epoch}: {actions:?}");
+        let kept = actions.iter().any(|a| matches!(a, Action::Keep(Change::Delivered { .. })));
+        assert_eq!(kept, due, "I3: a result is kept exactly when it counts");
+        if due {
+            assert_eq!(self.counted.insert(unit, (epoch, result.content)), None, "a unit counts once");
+        }
+    }
+
+    pub(crate) fn assemble(&mut self, works: bool) {
+        let Some(frame) = self.job.frames.iter().position(|f| f.state == FrameState::Assembling) else { return };
+        let outcome = if works {
+            let file = FileRecord { kind: FileKind::Exr, blob: Digest::of(b"image"), size: 5 };
+            let statistics = Statistics::from_counts(&[16]);
+            Ok(Assembled { files: vec![file], seconds: Seconds::default(), estimated_relmse: Some(0.5), statistics })
+        } else {
+            Err("disk full".into())
+        };
+        self.apply(Event::Assembled { frame: frame as u32, outcome });
+    }
+
+    pub(crate) fn step(&mut self, step: &Step) {
+        match step {
+            Step::Lease { worker } => self.lease(*worker),
+            Step::Renew { grant } => {
+                if let Some((unit, epoch, worker)) = self.pick(*grant) {
+                    let stands = self.job.unit(unit).is_some_and(|u| u.epoch == epoch) && !self.job.state.is_final();
+                    let actions = self.apply(Event::Renewed { unit, epoch, worker, until: self.now + TTL });
+                    assert_eq!(actions.is_empty(), stands, "a lease is renewed exactly while its epoch stands");
+                }
+            }
+            Step::Return { grant } => {
+                if let Some((unit, epoch, worker)) = self.pick(*grant) {
+                    self.apply(Event::Returned { unit, epoch, worker });
+                }
+            }
+            Step::Lose { worker } => {
+                self.apply(Event::Lost { worker: self.workers[*worker] });
+            }
+            Step::Pass { millis } => {
+                self.now = self.now + Duration::from_millis(*millis);
+                self.apply(Event::Expired);
+                let now = self.now;
+                let overdue = |unit: &Unit| matches!(unit.state, UnitState::Leased { until, .. } if until <= now);
+                assert!(!self.job.leased().any(|(_, unit)| overdue(unit)));
+            }
+            Step::Deliver { grant, wrong } => {
+                if let Some(grant) = self.pick(*grant) {
+                    self.deliver(grant, *wrong);
+                }
+            }
+            Step::Fail { grant } => {
+                if let Some((unit, epoch, worker)) = self.pick(*grant) {
+                    self.apply(Event::Failed { unit, epoch, worker, reason: "no memory".into() });
+                }
+            }
+            Step::Assemble { works } => self.assemble(*works),
+            Step::Cancel => {
+                self.apply(Event::Cancelled);
+                assert!(self.job.state.is_final());
+            }
+            Step::Restart => {
+                let stored = self.stored();
+                let (job, actions) = Job::restore(stored, self.now, TTL).unwrap();
+                let pending = self.job.frames.iter().filter(|f| f.state == FrameState::Assembling).count();
+                assert_eq!(actions.len(), if job.state.is_final() { 0 } else { pending }, "assembly begins again");
+                assert_eq!((job.state, &job.error), (self.job.state, &self.job.error));
+                for (old, new) in self.job.frames.iter().zip(&job.frames) {
+                    assert_eq!((old.state, old.units, old.samples), (new.state, new.units, new.samples));
+                }
+                self.job = job;
+                if self.job.state == JobState::Done {
+                    self.counted.clear();
+                    self.grants.clear();
+                }
+                self.check();
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn invariants_hold_through_any_history(steps in steps()) {
+        let mut history = History::new();
+        for step in &steps {
+            history.step(step);
+        }
+        // Whatever happened: a farm that works from here on finishes the job.
+        while !history.job.state.is_final() {
+            let before = (history.job.units_done(), history.job.frames.iter().filter(|f| f.state == FrameState::Done).count());
+            history.step(&Step::Pass { millis: 16_000 });
+            history.lease(1);
+            if let Some(grant) = history.grants.last().copied() {
+                history.deliver(grant, false);
+            }
+            history.assemble(true);
+            let after = (history.job.units_done(), history.job.frames.iter().filter(|f| f.state == FrameState::Done).count());
+            prop_assert!(after > before || history.job.state.is_final(), "the job moves on");
+        }
+    }
+}
+
+#[test]
+fn a_unit_that_keeps_failing_fails_its_job_with_the_reason() {
+    let mut history = History::new();
+    for round in 0..MOST_FAILURES {
+        history.lease(round as usize % 3);
+        let (unit, epoch, worker) = *history.grants.last().unwrap();
+        assert_eq!(unit, 0);
+        if round > 0 {
+            assert_ne!(history.job.next_for(history.workers[(round as usize - 1) % 3], true), Some(0), "another pair of hands first");
+        }
+        let actions = history.apply(Event::Failed { unit, epoch, worker, reason: "no memory".into() });
+        assert!(actions.contains(&Action::Blame(worker)));
+    }
+    assert_eq!(history.job.state, JobState::Failed);
+    assert_eq!(
+        history.job.error.as_deref(),
+        Some("frame 3, tile at (0, 0), samples 0 to 15 failed 5 times, the last time with: no memory")
+    );
+}
+
+#[test]
+fn a_unit_that_keeps_losing_its_workers_fails_its_job() {
+    let mut history = History::new();
+    for _ in 0..MOST_LOSSES {
+        assert!(!history.job.state.is_final());
+        history.lease(0);
+        history.step(&Step::Lose { worker: 0 });
+    }
+    assert_eq!(history.job.state, JobState::Failed);
+    assert!(history.job.error.as_deref().unwrap().contains("its worker was lost"));
+}
+
+#[test]
+fn cancelling_takes_leases_back_and_refuses_late_results() {
+    let mut history = History::new();
+    history.lease(0);
+    history.lease(1);
+    let grants = history.grants.clone();
+    let actions = history.apply(Event::Cancelled);
+    for (unit, epoch, worker) in &grants {
+        assert!(actions.contains(&Action::Revoke { unit: *unit, epoch: *epoch, worker: *worker }));
+    }
+    history.deliver(grants[0], false);
+    assert_eq!((history.job.state, history.job.units_done()), (JobState::Cancelled, 0));
+}

@@ -1,0 +1,9 @@
+//! Who gets which unit, and for how long. Pure functions: no clock, no store, no channel. The wanted properties are in `README.md`.
+
+pub mod aside;
+pub mod assign;
+pub mod split;
+
+pub use aside::Aside;
+pub use assign::{Queue, choose};
+pub use split::{Place, Split, TooManyUnits};

@@ -1,0 +1,167 @@
+//! Cuts a job into units of work: frames × sample ranges × tiles, in one dense numbering that the plan and the tile edge fix.
+
+use gradfarm_core::lattice::{SampleRange, Tile};
+use gradfarm_core::plan::{Plan, WorkUnit};
+
+/// The units of a job.
+///
+/// Unit `((f · ranges) + r) · tiles + t` is sample range `r` of tile `t` of the job's `f`-th frame: a frame's first range covers
+/// the whole image before its second one starts, so that an early look shows every pixel, and ranges added later come last.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Split {
+    first_frame: u32,
+    frames: u32,
+    tiles: Vec<Tile>,
+    ranges: Vec<SampleRange>,
+}
+
+/// Where a unit lies: positions, not frame numbers or pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Which of the job's frames.
+    pub frame: u32,
+    /// Which of the frame's sample ranges.
+    pub range: u32,
+    /// Which of its tiles.
+    pub tile: u32,
+}
+
+/// A job of more units than can be numbered in 32 bits, or than a coordinator should hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the job falls into {found} units, at most {} are allowed: use larger tiles, fewer frames or fewer samples", Split::MOST)]
+pub struct TooManyUnits {
+    found: u128,
+}
+
+impl Split {
+    /// Most units of one job.
+    pub const MOST: u32 = 16 << 20;
+
+    /// The units of `frames` frames from `first_frame` on, with tiles of at most `edge × edge` pixels.
+    ///
+    /// # Errors
+    /// If they are more than [`Split::MOST`].
+    pub fn new(plan: &Plan, first_frame: u32, frames: u32, edge: u32) -> Result<Self, TooManyUnits> {
+        let edge = edge.max(1);
+        let columns = u128::from(plan.extent.width.div_ceil(edge)) * u128::from(plan.extent.height.div_ceil(edge));
+        let found = columns * u128::from(plan.samples.div_ceil(plan.batch.max(1))) * u128::from(frames);
+        if found > u128::from(Self::MOST) {
+            return Err(TooManyUnits { found });
+        }
+        Ok(Self { first_frame, frames, tiles: plan.extent.tiles(edge), ranges: plan.sample_ranges() })
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// Tiles of every frame, row by row.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
+    /// Sample ranges of every tile, in order.
+    pub fn ranges(&self) -> &[SampleRange] {
+        &self.ranges
+    }
+
+    /// Units of one frame.
+    pub fn units_per_frame(&self) -> u32 {
+        (self.tiles.len() * self.ranges.len()) as u32
+    }
+
+    /// Units of the job.
+    pub fn units(&self) -> u32 {
+        self.units_per_frame() * self.frames
+    }
+
+    /// Camera samples of one frame.
+    pub fn samples_per_frame(&self) -> u64 {
+        let pixels: u64 = self.tiles.iter().map(|tile| tile.pixels() as u64).sum();
+        pixels * self.ranges.iter().map(|range| u64::from(range.count)).sum::<u64>()
+    }
+
+    /// Where a unit lies. The unit must be one of the job's.
+    pub fn place(&self, unit: u32) -> Place {
+        let (rest, tile) = (unit / self.tiles.len() as u32, unit % self.tiles.len() as u32);
+        Place { frame: rest / self.ranges.len() as u32, range: rest % self.ranges.len() as u32, tile }
+    }
+
+    /// The unit at a place.
+    pub fn unit(&self, place: Place) -> u32 {
+        (place.frame * self.ranges.len() as u32 + place.range) * self.tiles.len() as u32 + place.tile
+    }
+
+    /// What is to be rendered for a unit.
+    pub fn work(&self, unit: u32) -> WorkUnit {
+        let place = self.place(unit);
+        WorkUnit {
+            frame: self.first_frame + place.frame,
+            tile: self.tiles[place.tile as usize],
+            samples: self.ranges[place.range as usize],
+        }
+    }
+
+    /// Camera samples of a unit.
+    pub fn samples(&self, unit: u32) -> u64 {
+        let work = self.work(unit);
+        work.tile.pixels() as u64 * u64::from(work.samples.count)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use gradfarm_core::lattice::Extent;
+    use gradfarm_core::plan::{ReconstructionKind, Technique};
+    use proptest::prelude::*;
+
+    /// A plan over a film of the given size.
+    pub(crate) fn plan(width: u32, height: u32, samples: u32) -> Plan {
+        Plan {
+            extent: Extent { width, height },
+            technique: Technique::Gpt,
+            reconstruction: ReconstructionKind::L2,
+            samples,
+            batch: Plan::BATCH,
+            seed: 7,
+            alpha: 0.2,
+            max_depth: 8,
+            roulette_depth: 4,
+            shift_threshold: 0.001,
+            reasons: vec!["made for a test".into()],
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn units_cover_every_sample_of_every_pixel_once(
+            width in 1u32..40, height in 1u32..40, samples in 1u32..70, frames in 1u32..4, edge in 1u32..50,
+        ) {
+            let split = Split::new(&plan(width, height, samples), 5, frames, edge).unwrap();
+            let mut seen = vec![0u32; (width * height * frames) as usize];
+            let mut total = 0;
+            for unit in 0..split.units() {
+                prop_assert_eq!(split.unit(split.place(unit)), unit);
+                let work = split.work(unit);
+                total += split.samples(unit);
+                for y in work.tile.y..work.tile.y + work.tile.height {
+                    for x in work.tile.x..work.tile.x + work.tile.width {
+                        let pixel = &mut seen[(((work.frame - 5) * height + y) * width + x) as usize];
+                        prop_assert_eq!(*pixel, work.samples.first, "ranges come in order");
+                        *pixel = work.samples.end();
+                    }
+                }
+            }
+            prop_assert!(seen.iter().all(|&n| n == samples));
+            prop_assert_eq!(total, split.samples_per_frame() * u64::from(frames));
+        }
+    }
+
+    #[test]
+    fn a_job_of_too_many_units_is_refused() {
+        let error = Split::new(&plan(60_000, 4_000, 1 << 30), 0, u32::MAX, 1).unwrap_err();
+        assert!(error.to_string().contains("larger tiles"), "{error}");
+    }
+}

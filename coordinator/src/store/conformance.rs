@@ -1,0 +1,254 @@
+//! One suite for every store: what holds for one holds for all.
+
+use std::sync::Arc;
+
+use proptest::strategy::{Strategy, ValueTree};
+use proptest::test_runner::TestRunner;
+
+use super::*;
+use crate::job::{Frame, FrameState, JobRecord, JobState, Seconds, StoredUnit, Timestamp, WorkerId};
+
+use crate::job::tests::{History, record, result, steps};
+use gradfarm_core::film::Statistics;
+use gradfarm_proto::Digest;
+
+/// A store to be tested, and what must outlive it.
+struct Subject {
+    store: Arc<dyn Store>,
+    _folder: Option<tempfile::TempDir>,
+}
+
+async fn memory() -> Subject {
+    Subject { store: Arc::new(Memory::new()), _folder: None }
+}
+
+async fn sqlite() -> Subject {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Sqlite::open(&folder.path().join("farm.db"), true).await.unwrap();
+    Subject { store: Arc::new(store), _folder: Some(folder) }
+}
+
+/// Runs each case against each store.
+macro_rules! suite {
+    ($($case:ident),* $(,)?) => {
+        mod in_memory {
+            $(#[tokio::test] async fn $case() { super::$case(super::memory().await.store.as_ref()).await; })*
+        }
+        mod in_sqlite {
+            $(#[tokio::test] async fn $case() { let subject = super::sqlite().await; super::$case(subject.store.as_ref()).await; })*
+        }
+    };
+}
+
+suite!(
+    jobs_come_back_as_they_were,
+    a_token_stands_for_one_job,
+    epochs_count_up_by_one,
+    a_result_is_written_once_under_its_epoch,
+    a_batch_is_kept_whole_or_not_at_all,
+    frames_and_files_are_replaced,
+    nothing_is_kept_of_unknown_jobs,
+    done_jobs_come_without_units,
+    any_history_reads_the_same,
+);
+
+fn submitted(record: &JobRecord) -> Change {
+    Change::Submitted(Box::new(record.clone()))
+}
+
+fn leased(job: JobId, unit: u32, epoch: u32, worker: WorkerId) -> Change {
+    Change::Leased { job, unit, epoch, worker, at: Timestamp::from_millis(7) }
+}
+
+fn delivered(job: JobId, unit: u32, epoch: u32) -> Change {
+    Change::Delivered { job, unit, epoch, result: result(unit, false) }
+}
+
+async fn refused(store: &dyn Store, change: Change) {
+    let before = store.jobs().await.unwrap();
+    let outcome = store.commit(std::slice::from_ref(&change)).await;
+    assert!(matches!(outcome, Err(StoreError::Conflict { .. })), "{change:?} gave {outcome:?}");
+    assert_eq!(store.jobs().await.unwrap(), before);
+}
+
+async fn jobs_come_back_as_they_were(store: &dyn Store) {
+    let mut records = [record("first"), record("second, with “quotes”; DROP TABLE jobs")];
+    records[1].priority = -5;
+    records[1].plan.seed = u64::MAX;
+    records[1].client_token = Some("token".into());
+    for record in &records {
+        store.commit(&[submitted(record)]).await.unwrap();
+        refused(store, submitted(record)).await;
+    }
+    let change = Change::Job {
+        job: records[0].id,
+        state: JobState::Failed,
+        error: Some("no light".into()),
+        started: Some(Timestamp::from_millis(10)),
+        finished: Some(Timestamp::from_millis(20)),
+    };
+    store.commit(&[change]).await.unwrap();
+    let jobs = store.jobs().await.unwrap();
+    assert_eq!(jobs.iter().map(|job| job.record.clone()).collect::<Vec<_>>(), records);
+    assert_eq!((jobs[0].state, jobs[0].error.as_deref()), (JobState::Failed, Some("no light")));
+    assert_eq!((jobs[0].started, jobs[0].finished), (Some(Timestamp::from_millis(10)), Some(Timestamp::from_millis(20))));
+    assert_eq!((jobs[1].state, jobs[1].started), (JobState::Queued, None));
+}
+
+async fn a_token_stands_for_one_job(store: &dyn Store) {
+    let [mut a, mut b] = [record("a"), record("b")];
+    a.client_token = Some("token".into());
+    b.client_token = Some("token".into());
+    store.commit(&[submitted(&a)]).await.unwrap();
+    refused(store, submitted(&b)).await;
+    b.client_token = None;
+    store.commit(&[submitted(&b), submitted(&record("c"))]).await.unwrap();
+}
+
+async fn epochs_count_up_by_one(store: &dyn Store) {
+    let record = record("epochs");
+    let (job, worker) = (record.id, WorkerId::fresh());
+    store.commit(&[submitted(&record)]).await.unwrap();
+    refused(store, leased(job, 0, 2, worker)).await;
+    store.commit(&[leased(job, 0, 1, worker)]).await.unwrap();
+    refused(store, leased(job, 0, 1, worker)).await;
+    refused(store, leased(job, 0, 3, worker)).await;
+    store.commit(&[Change::Freed { job, unit: 0, failures: 2, losses: 1 }]).await.unwrap();
+    let freed = StoredUnit { unit: 0, epoch: 1, failures: 2, losses: 1, lease: None, result: None };
+    assert_eq!(store.jobs().await.unwrap()[0].units, [freed]);
+    let other = WorkerId::fresh();
+    store.commit(&[leased(job, 0, 2, other), leased(job, 9, 1, worker)]).await.unwrap();
+    let units = store.jobs().await.unwrap().remove(0).units;
+    assert_eq!(units[0], StoredUnit { epoch: 2, lease: Some(other), ..freed });
+    assert_eq!((units[1].unit, units[1].epoch, units[1].lease), (9, 1, Some(worker)));
+    refused(store, Change::Freed { job, unit: 5, failures: 0, losses: 0 }).await;
+}
+
+async fn a_result_is_written_once_under_its_epoch(store: &dyn Store) {
+    let record = record("results");
+    let (job, worker) = (record.id, WorkerId::fresh());
+    store.commit(&[submitted(&record), leased(job, 3, 1, worker)]).await.unwrap();
+    refused(store, delivered(job, 3, 2)).await;
+    refused(store, delivered(job, 4, 1)).await;
+    store.commit(&[leased(job, 3, 2, worker)]).await.unwrap();
+    refused(store, delivered(job, 3, 1)).await;
+    store.commit(&[delivered(job, 3, 2)]).await.unwrap();
+    refused(store, delivered(job, 3, 2)).await;
+    refused(store, leased(job, 3, 3, worker)).await;
+    let unit = store.jobs().await.unwrap()[0].units[0];
+    assert_eq!((unit.lease, unit.result), (None, Some(result(3, false))));
+    store.commit(&[leased(job, 1, 1, worker), delivered(job, 1, 1), leased(job, 2, 1, worker)]).await.unwrap();
+    assert_eq!(store.results(job, 0..4).await.unwrap(), [(1, result(1, false)), (3, result(3, false))]);
+    assert_eq!(store.results(job, 2..3).await.unwrap(), []);
+    assert_eq!(store.results(job, 3..3).await.unwrap(), []);
+    assert_eq!(store.results(JobId::fresh(), 0..4).await.unwrap(), []);
+}
+
+async fn a_batch_is_kept_whole_or_not_at_all(store: &dyn Store) {
+    let record = record("whole");
+    let (job, worker) = (record.id, WorkerId::fresh());
+    store.commit(&[submitted(&record)]).await.unwrap();
+    let batch = [leased(job, 0, 1, worker), delivered(job, 0, 1), leased(job, 0, 2, worker)];
+    assert!(matches!(store.commit(&batch).await, Err(StoreError::Conflict { .. })));
+    assert_eq!(store.jobs().await.unwrap()[0].units, []);
+    store.commit(&batch[..2]).await.unwrap();
+    store.commit(&[]).await.unwrap();
+}
+
+fn frame(state: FrameState) -> Frame {
+    Frame {
+        state,
+        started: Some(Timestamp::from_millis(12)),
+        units: 8,
+        samples: 1 << 40,
+        seconds: Seconds { load: 0.1, compile: 0.2, render: 0.3, render_span: 0.4, stitch: 0.5, reconstruct: 0.6, write: 0.7 },
+        estimated_relmse: None,
+        statistics: Statistics::from_counts(&[1, 2, u64::MAX]),
+    }
+}
+
+async fn frames_and_files_are_replaced(store: &dyn Store) {
+    let record = record("frames");
+    let job = record.id;
+    let file = |text: &str| FileRecord { kind: FileKind::Png, blob: Digest::of(text.as_bytes()), size: 1 << 33 };
+    store.commit(&[submitted(&record), Change::Frame { job, position: 1, frame: frame(FrameState::Rendering) }]).await.unwrap();
+    let done = Frame { estimated_relmse: Some(1e-3), ..frame(FrameState::Done) };
+    let changes = [
+        Change::Frame { job, position: 1, frame: done.clone() },
+        Change::Frame { job, position: 0, frame: frame(FrameState::Assembling) },
+        Change::File { job, position: 1, file: file("old") },
+        Change::File { job, position: 1, file: file("new") },
+        Change::Worker { worker: WorkerId::fresh(), name: "w".into(), version: "1".into(), threads: 2, at: Timestamp::from_millis(1) },
+    ];
+    store.commit(&changes).await.unwrap();
+    store.commit(&changes[4..]).await.unwrap();
+    assert_eq!(store.jobs().await.unwrap()[0].frames, [(0, frame(FrameState::Assembling)), (1, done)]);
+    assert_eq!(store.file(job, 1, FileKind::Png).await.unwrap(), Some(file("new")));
+    assert_eq!(store.file(job, 1, FileKind::Exr).await.unwrap(), None);
+    assert_eq!(store.file(job, 0, FileKind::Png).await.unwrap(), None);
+}
+
+async fn nothing_is_kept_of_unknown_jobs(store: &dyn Store) {
+    let job = JobId::fresh();
+    refused(store, Change::Job { job, state: JobState::Running, error: None, started: None, finished: None }).await;
+    refused(store, Change::Frame { job, position: 0, frame: frame(FrameState::Done) }).await;
+    let file = FileRecord { kind: FileKind::Exr, blob: Digest::of(b""), size: 0 };
+    refused(store, Change::File { job, position: 0, file }).await;
+    refused(store, delivered(job, 0, 1)).await;
+    assert!(store.commit(&[leased(job, 0, 1, WorkerId::fresh())]).await.is_err());
+}
+
+async fn done_jobs_come_without_units(store: &dyn Store) {
+    let record = record("done");
+    let (job, worker) = (record.id, WorkerId::fresh());
+    store.commit(&[submitted(&record), leased(job, 0, 1, worker), delivered(job, 0, 1)]).await.unwrap();
+    assert_eq!(store.jobs().await.unwrap()[0].units.len(), 1);
+    store.commit(&[Change::Job { job, state: JobState::Done, error: None, started: None, finished: None }]).await.unwrap();
+    assert_eq!(store.jobs().await.unwrap()[0].units, []);
+    assert_eq!(store.results(job, 0..9).await.unwrap().len(), 1);
+}
+
+/// What the machine does in random histories reads the same from this store as from the twin in memory.
+async fn any_history_reads_the_same(store: &dyn Store) {
+    let mut runner = TestRunner::deterministic();
+    for _ in 0..20 {
+        let steps = steps().new_tree(&mut runner).unwrap().current();
+        // The history waits for its own store, which must not be done on this thread's runtime.
+        let (changes, expected) = tokio::task::spawn_blocking(move || {
+            let mut history = History::new();
+            steps.iter().for_each(|step| history.step(step));
+            (history.changes.clone(), history.stored())
+        })
+        .await
+        .unwrap();
+        for batch in &changes {
+            store.commit(batch).await.unwrap();
+        }
+        let found = store.jobs().await.unwrap().into_iter().find(|job| job.record.id == expected.record.id);
+        assert_eq!(found, Some(expected));
+    }
+}
+
+#[tokio::test]
+async fn sqlite_keeps_everything_over_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("farm.db");
+    let record = record("restart");
+    let (job, worker) = (record.id, WorkerId::fresh());
+    let before = {
+        let store = Sqlite::open(&file, true).await.unwrap();
+        store.commit(&[submitted(&record), leased(job, 0, 1, worker), delivered(job, 0, 1), leased(job, 1, 1, worker)]).await.unwrap();
+        store.jobs().await.unwrap()
+    };
+    let store = Sqlite::open(&file, true).await.unwrap();
+    assert_eq!(store.jobs().await.unwrap(), before);
+    refused(&store, delivered(job, 0, 1)).await;
+}
+
+#[tokio::test]
+async fn a_damaged_database_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("farm.db");
+    std::fs::write(&file, b"this is no database, and it is long enough to be read as one page of it ...").unwrap();
+    assert!(Sqlite::open(&file, true).await.is_err());
+}

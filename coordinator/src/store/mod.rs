@@ -1,0 +1,90 @@
+//! What was acknowledged and must not be lost: jobs, frames, units and their results in a [`Store`], bytes in [`Blobs`].
+//!
+//! Order of writing: first the blob, then the change that names it, then the answer. A crash between the first two leaves a blob
+//! that nobody names, never a name without a blob.
+
+mod blobs;
+#[cfg(test)]
+mod conformance;
+mod memory;
+mod sqlite;
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use async_trait::async_trait;
+
+pub use blobs::{BlobError, Blobs};
+pub use memory::Memory;
+pub use sqlite::Sqlite;
+
+use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
+
+/// Keeps jobs. One service at a time writes.
+#[async_trait]
+pub trait Store: Debug + Send + Sync {
+    /// Makes all changes durable, in order, or none of them.
+    ///
+    /// # Errors
+    /// [`StoreError::Conflict`] if one of them does not fit what is stored; nothing is changed then.
+    async fn commit(&self, changes: &[Change]) -> Result<(), StoreError>;
+
+    /// Every job, in the order of submission.
+    ///
+    /// # Errors
+    /// If the store cannot be read.
+    async fn jobs(&self) -> Result<Vec<StoredJob>, StoreError>;
+
+    /// The results of a run of units, in order.
+    ///
+    /// # Errors
+    /// If the store cannot be read.
+    async fn results(&self, job: JobId, units: Range<u32>) -> Result<Vec<(u32, DeliveredRecord)>, StoreError>;
+
+    /// A file of a frame, by the frame's position.
+    ///
+    /// # Errors
+    /// If the store cannot be read.
+    async fn file(&self, job: JobId, position: u32, kind: FileKind) -> Result<Option<FileRecord>, StoreError>;
+}
+
+/// Why the store did not do as it was told.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The change does not fit what is stored: somebody else writes, or the caller's picture is wrong.
+    #[error("store: {change} does not fit what is stored")]
+    Conflict {
+        /// Which change.
+        change: String,
+    },
+    /// A row that cannot be read.
+    #[error("store: {row} holds {found}")]
+    Corrupt {
+        /// Which row.
+        row: String,
+        /// What is in it.
+        found: String,
+    },
+    /// The database failed.
+    #[error("store: {0}")]
+    Database(#[from] sqlx::Error),
+    /// The database is of another version of the software.
+    #[error("store: {0}")]
+    Migrate(#[from] sqlx::migrate::MigrateError),
+}
+
+impl StoreError {
+    fn conflict(change: &Change) -> Self {
+        let change = match change {
+            Change::Submitted(record) => format!("submission of job {}", record.id),
+            Change::Job { job, state, .. } => format!("job {job} becoming {}", state.name()),
+            Change::Frame { job, position, .. } => format!("frame {position} of job {job}"),
+            Change::Leased { job, unit, epoch, .. } => format!("lease of unit {unit} of job {job} with epoch {epoch}"),
+            Change::Freed { job, unit, .. } => format!("end of the lease of unit {unit} of job {job}"),
+            Change::Delivered { job, unit, epoch, .. } => format!("result of unit {unit} of job {job} with epoch {epoch}"),
+            Change::File { job, position, file } => format!("{} file of frame {position} of job {job}", file.kind.name()),
+            Change::Worker { worker, .. } => format!("worker {worker}"),
+        };
+        Self::Conflict { change }
+    }
+}
