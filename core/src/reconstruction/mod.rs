@@ -12,7 +12,31 @@ mod solver;
 
 use crate::film::{Film, HalfFilm, Image};
 use crate::lattice::Extent;
-use crate::plan::ReconstructionKind;
+
+/// The reconstruction by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ReconstructionKind {
+    /// The primal as it is.
+    None,
+    /// Screened Poisson in the L2 norm, exact by cosine transform. Unbiased.
+    L2,
+    /// Screened Poisson in the L1 norm by iteratively reweighted least squares. Robust to outliers, biased.
+    L1,
+}
+
+impl ReconstructionKind {
+    /// Every reconstruction.
+    pub const ALL: [ReconstructionKind; 3] = [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1];
+
+    /// Its name on the command line and on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            ReconstructionKind::None => "none",
+            ReconstructionKind::L2 => "l2",
+            ReconstructionKind::L1 => "l1",
+        }
+    }
+}
 
 /// What a reconstruction starts from: forward differences, none beyond the last column and row (Neumann border).
 #[derive(Clone, Copy, Debug)]
@@ -145,7 +169,12 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
 }
 
 /// Solves for one half (or both together) and adds what is directly visible.
-fn solve_half(half: &HalfFilm, method: &dyn Reconstruct, kind: ReconstructionKind, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
+fn solve_half(
+    half: &HalfFilm,
+    method: &dyn Reconstruct,
+    kind: ReconstructionKind,
+    alpha: f32,
+) -> Result<(Image, SolveReport), ReconstructError> {
     let extent = half.primal.extent();
     let nothing = Image::new(extent, 3);
     let (dx, dy) = match (&half.gradients, kind) {

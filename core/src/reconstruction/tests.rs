@@ -132,15 +132,15 @@ fn multigrid_converges_fast_where_weights_jump() {
     let (w, h) = (96, 64);
     let n = w * h;
     let jump = |k: usize| if noise(k, 9) > 0.0 { 1.0 } else { 1e-3 };
-    let mut stencil = solver::Stencil { width: w, height: h, screen: vec![0.01; n], wx: (0..n).map(jump).collect(), wy: (n..2 * n).map(jump).collect() };
+    let mut stencil =
+        solver::Stencil { width: w, height: h, screen: vec![0.01; n], wx: (0..n).map(jump).collect(), wy: (n..2 * n).map(jump).collect() };
     for y in 0..h {
         stencil.wx[y * w + w - 1] = 0.0;
     }
     stencil.wy[n - w..].fill(0.0);
     let b: Vec<f32> = (0..n).map(|k| noise(k, 3)).collect();
     let mut x = vec![0.0; n];
-    let (iterations, residual) =
-        solver::conjugate_gradients(&stencil, &mut multigrid::Hierarchy::new(&stencil), &b, &mut x, 1e-5, 200);
+    let (iterations, residual) = solver::conjugate_gradients(&stencil, &mut multigrid::Hierarchy::new(&stencil), &b, &mut x, 1e-5, 200);
     assert!(residual <= 1e-5 && iterations < 60, "{iterations} iterations to {residual:e}");
 }
 
