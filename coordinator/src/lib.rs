@@ -2,11 +2,16 @@
 //!
 //! `service` is the way in: it opens the state, runs the loop and hands out handles. `job` is the pure state machine of one job,
 //! `schedule` decides who gets what, `store` keeps what was acknowledged, `assemble` makes frames of results, `grpc` speaks to
-//! workers.
+//! workers. `cli` and `api` are for people: the command line and HTTP; `embedded` starts workers in this process.
 
+pub mod api;
+pub mod cli;
 pub mod clock;
+pub mod config;
+pub mod embedded;
 pub mod error;
 pub mod job;
+pub mod request;
 pub mod schedule;
 pub mod service;
 pub mod store;

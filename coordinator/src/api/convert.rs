@@ -1,0 +1,138 @@
+//! From what the service shows to the JSON of the API.
+
+use std::collections::BTreeMap;
+
+use gradfarm_core::film::{Counter, Statistics};
+use gradfarm_core::plan::Plan;
+
+use super::json;
+use crate::job::{FileKind, FrameState, JobId};
+use crate::service::{Count, FrameView, JobEvent, JobSummary, JobView, Seconds, TileView, WorkerView};
+
+impl From<Count> for json::Count {
+    fn from(count: Count) -> Self {
+        Self { done: count.done, total: count.total }
+    }
+}
+
+impl From<Seconds> for json::Seconds {
+    fn from(seconds: Seconds) -> Self {
+        let Seconds { load, compile, render, render_span, stitch, reconstruct, write } = seconds;
+        Self { load, compile, render, render_span, stitch, reconstruct, write }
+    }
+}
+
+impl From<&Plan> for json::PlanView {
+    fn from(plan: &Plan) -> Self {
+        Self {
+            width: plan.extent.width,
+            height: plan.extent.height,
+            technique: plan.technique.name().to_owned(),
+            reconstruction: plan.reconstruction.name().to_owned(),
+            alpha: plan.alpha,
+            samples: plan.samples,
+            batch: plan.batch,
+            seed: plan.seed,
+            max_depth: plan.max_depth,
+            roulette_depth: plan.roulette_depth,
+            shift_threshold: plan.shift_threshold,
+            reasons: plan.reasons.clone(),
+        }
+    }
+}
+
+impl From<JobSummary> for json::JobSummary {
+    fn from(job: JobSummary) -> Self {
+        Self {
+            id: job.id.to_string(),
+            name: job.name,
+            state: job.state.name().to_owned(),
+            error: job.error,
+            priority: job.priority,
+            created_ms: job.created.millis(),
+            started_ms: job.started.map(|time| time.millis()),
+            finished_ms: job.finished.map(|time| time.millis()),
+            frames_done: job.frames.done,
+            frames_total: job.frames.total,
+            progress: json::Progress { units: job.units.into(), samples: job.samples.into() },
+        }
+    }
+}
+
+impl From<JobView> for json::Job {
+    fn from(job: JobView) -> Self {
+        let id = job.summary.id;
+        Self {
+            summary: job.summary.into(),
+            plan: (&job.plan).into(),
+            scene: job.scene.to_string(),
+            tile: job.tile,
+            frames: job.frames.iter().map(|frame| json::Frame::of(id, frame)).collect(),
+            seconds: job.seconds.into(),
+            statistics: counters(&job.statistics),
+        }
+    }
+}
+
+impl From<TileView> for json::Tile {
+    fn from(view: TileView) -> Self {
+        let tile = view.tile;
+        Self { x: tile.x, y: tile.y, width: tile.width, height: tile.height, units: view.units.into(), leased: view.leased }
+    }
+}
+
+impl From<WorkerView> for json::Worker {
+    fn from(worker: WorkerView) -> Self {
+        Self {
+            id: worker.id.to_string(),
+            name: worker.name,
+            version: worker.version,
+            threads: worker.threads,
+            connected_ms: worker.connected.millis(),
+            heard_ms: worker.heard.millis(),
+            leases: worker.leases,
+            delivered: worker.delivered,
+            failed: worker.failed,
+            set_aside_until_ms: worker.set_aside_until.map(|time| time.millis()),
+        }
+    }
+}
+
+impl From<JobEvent> for json::Event {
+    fn from(event: JobEvent) -> Self {
+        match event {
+            JobEvent::State { state, error } => Self::State { state: state.name().to_owned(), error },
+            JobEvent::Progress { units, samples, elapsed } => Self::Progress { units: units.into(), samples: samples.into(), elapsed },
+            JobEvent::Tile { frame, tile, units } => Self::Tile { frame, tile, units: units.into() },
+            JobEvent::Frame { frame, state } => Self::Frame { frame, state: state.name().to_owned() },
+        }
+    }
+}
+
+impl json::Frame {
+    /// A frame of a job, with the addresses of its files once they are there.
+    pub(super) fn of(job: JobId, frame: &FrameView) -> Self {
+        let files: BTreeMap<String, String> = match frame.state {
+            FrameState::Done => FileKind::ALL.iter().map(|kind| (kind.name().to_owned(), file_address(job, frame.number, *kind))).collect(),
+            FrameState::Waiting | FrameState::Rendering | FrameState::Assembling => BTreeMap::new(),
+        };
+        Self {
+            number: frame.number,
+            state: frame.state.name().to_owned(),
+            progress: json::Progress { units: frame.units.into(), samples: frame.samples.into() },
+            seconds: frame.seconds.into(),
+            estimated_relmse: frame.estimated_relmse,
+            statistics: counters(&frame.statistics),
+            files,
+        }
+    }
+}
+
+/// Counters by name.
+pub(super) fn counters(statistics: &Statistics) -> BTreeMap<String, u64> {
+    Counter::ALL.into_iter().map(|counter| (counter.name().to_owned(), statistics.get(counter))).collect()
+}
+
+fn file_address(job: JobId, frame: u32, kind: FileKind) -> String {
+    format!("{}/jobs/{job}/frames/{frame}/frame.{}", super::ROOT, kind.name())
+}

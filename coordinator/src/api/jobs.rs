@@ -1,0 +1,85 @@
+//! Jobs: submit, list, show, call off.
+
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{FromRequest, Multipart, Path, Query, Request, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+
+use super::json::{Job, JobPage};
+use super::problem::Problem;
+use super::submission;
+use crate::job::JobId;
+use crate::service::Handle;
+
+/// `POST /jobs`: JSON or a form, told apart by the content type. Once this answers 201, the job survives a crash.
+pub(super) async fn submit(State(service): State<Handle>, request: Request) -> Result<Response, Problem> {
+    let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let submission = match content_type.split(';').next().unwrap_or_default().trim() {
+        "application/json" => {
+            let body = Bytes::from_request(request, &()).await?;
+            if body.len() > super::JSON_BYTES {
+                let detail = format!("the body has {} bytes, at most {} are taken; upload meshes as assets", body.len(), super::JSON_BYTES);
+                return Err(Problem::too_large(detail));
+            }
+            // A large scene takes a while to check; other requests should not wait for it.
+            tokio::task::spawn_blocking(move || submission::from_json(&body)).await.map_err(|fault| Problem::internal(&fault))??
+        }
+        "multipart/form-data" => submission::from_form(Multipart::from_request(request, &()).await?, &service).await?,
+        other => {
+            let detail = format!("the content type is {other:?}, expected application/json or multipart/form-data");
+            return Err(Problem::media_type(detail));
+        }
+    };
+    let id = service.submit(submission).await?;
+    let job = Job::from(service.get(id).await?);
+    Ok((StatusCode::CREATED, [(header::LOCATION, format!("{}/jobs/{id}", super::ROOT))], Json(job)).into_response())
+}
+
+/// Which page of the list.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Page {
+    limit: Option<usize>,
+    cursor: Option<String>,
+}
+
+/// Jobs on a page unless asked otherwise, and at most.
+const PAGE: usize = 50;
+const PAGE_MOST: usize = 500;
+
+/// `GET /jobs`: newest first. The cursor is the last job of the page before, so pages stay whole while jobs come in.
+pub(super) async fn list(State(service): State<Handle>, page: Result<Query<Page>, QueryRejection>) -> Result<Json<JobPage>, Problem> {
+    let Query(page) = page?;
+    let limit = page.limit.unwrap_or(PAGE);
+    if !(1..=PAGE_MOST).contains(&limit) {
+        return Err(Problem::field("limit", format!("limit is {limit}, expected 1 to {PAGE_MOST}")));
+    }
+    let before = page.cursor.as_deref().map(|cursor| cursor.parse::<JobId>()).transpose();
+    let before = before.map_err(|fault| Problem::field("cursor", fault.to_string()))?;
+    let mut jobs = service.list().await?;
+    jobs.retain(|job| before.is_none_or(|before| job.id < before));
+    let more = jobs.len() > limit;
+    jobs.truncate(limit);
+    let next = if more { jobs.last().map(|job| job.id.to_string()) } else { None };
+    Ok(Json(JobPage { jobs: jobs.into_iter().map(Into::into).collect(), next }))
+}
+
+/// `GET /jobs/{job}`.
+pub(super) async fn show(State(service): State<Handle>, Path(job): Path<String>) -> Result<Json<Job>, Problem> {
+    Ok(Json(service.get(parse(&job)?).await?.into()))
+}
+
+/// `POST /jobs/{job}/cancel` and `DELETE /jobs/{job}`: answers with the job as it then stands.
+pub(super) async fn cancel(State(service): State<Handle>, Path(job): Path<String>) -> Result<Json<Job>, Problem> {
+    let job = parse(&job)?;
+    service.cancel(job).await?;
+    Ok(Json(service.get(job).await?.into()))
+}
+
+/// The job that an address names.
+pub(super) fn parse(text: &str) -> Result<JobId, Problem> {
+    text.parse().map_err(|fault: crate::job::ParseIdError| Problem::not_found(fault.to_string()))
+}

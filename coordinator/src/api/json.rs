@@ -1,0 +1,278 @@
+//! The JSON shapes of the API, read by clients and written by the server. Only this file knows them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// So much of so much.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Count {
+    /// Finished.
+    pub done: u64,
+    /// All there is to do.
+    pub total: u64,
+}
+
+impl Count {
+    /// Finished part, from 0 to 1.
+    pub fn fraction(self) -> f64 {
+        if self.total == 0 { 0.0 } else { self.done as f64 / self.total as f64 }
+    }
+}
+
+/// How far a job or frame has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Units of work.
+    pub units: Count,
+    /// Camera samples.
+    pub samples: Count,
+}
+
+/// A job in a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JobSummary {
+    /// Its name for the farm.
+    pub id: String,
+    /// Its name for people.
+    pub name: String,
+    /// `queued`, `running`, `done`, `failed` or `cancelled`.
+    pub state: String,
+    /// Why it failed.
+    pub error: Option<String>,
+    /// Higher goes first.
+    pub priority: i32,
+    /// When it was accepted [ms since 1970].
+    pub created_ms: i64,
+    /// When its first unit was leased [ms since 1970].
+    pub started_ms: Option<i64>,
+    /// When it reached its final state [ms since 1970].
+    pub finished_ms: Option<i64>,
+    /// Frames that have their files.
+    pub frames_done: u64,
+    /// Frames.
+    pub frames_total: u64,
+    /// How far it has come.
+    pub progress: Progress,
+}
+
+impl JobSummary {
+    /// Whether nothing can change any more.
+    pub fn is_over(&self) -> bool {
+        is_final(&self.state)
+    }
+}
+
+/// Whether a job in this state can no longer change.
+pub fn is_final(state: &str) -> bool {
+    crate::job::JobState::ALL.iter().any(|known| known.name() == state && known.is_final())
+}
+
+/// A page of the list of jobs, newest first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JobPage {
+    /// The jobs.
+    pub jobs: Vec<JobSummary>,
+    /// What to ask for as `cursor` to get the next page; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next: Option<String>,
+}
+
+/// A job in full.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Job {
+    /// What the list says.
+    #[serde(flatten)]
+    pub summary: JobSummary,
+    /// The plan, with the reason for each choice.
+    pub plan: PlanView,
+    /// Digest of the scene and all its files.
+    pub scene: String,
+    /// Edge of the tiles [pixels].
+    pub tile: u32,
+    /// Its frames, in order.
+    pub frames: Vec<Frame>,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Counters summed over the finished frames.
+    pub statistics: BTreeMap<String, u64>,
+}
+
+/// What the bits of an image depend on besides the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanView {
+    /// Film width [pixels].
+    pub width: u32,
+    /// Film height [pixels].
+    pub height: u32,
+    /// Technique.
+    pub technique: String,
+    /// Reconstruction.
+    pub reconstruction: String,
+    /// Weight of the primal in the reconstruction.
+    pub alpha: f32,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Samples per unit of work.
+    pub batch: u32,
+    /// Seed of all randomness.
+    pub seed: u64,
+    /// Longest path [edges].
+    pub max_depth: u32,
+    /// Edges after which Russian roulette starts.
+    pub roulette_depth: u32,
+    /// Roughness at and above which a vertex counts as connectable.
+    pub shift_threshold: f32,
+    /// Why each choice was made.
+    pub reasons: Vec<String>,
+}
+
+/// A frame of a job.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Frame number.
+    pub number: u32,
+    /// `waiting`, `rendering`, `assembling` or `done`.
+    pub state: String,
+    /// How far it has come.
+    pub progress: Progress,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Estimated relMSE of the finished image, where its two halves can tell.
+    pub estimated_relmse: Option<f64>,
+    /// Counters summed over its units.
+    pub statistics: BTreeMap<String, u64>,
+    /// Addresses of its files, once they are there, by kind (`exr`, `png`).
+    pub files: BTreeMap<String, String>,
+}
+
+/// Where the time went [s].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Seconds {
+    /// Fetching scenes and assets, summed over workers.
+    pub load: f64,
+    /// Compiling scenes, summed over workers.
+    pub compile: f64,
+    /// Tracing, summed over threads.
+    pub render: f64,
+    /// From the first lease to the last accepted result.
+    pub render_span: f64,
+    /// Reading results and adding them up.
+    pub stitch: f64,
+    /// Reconstruction.
+    pub reconstruct: f64,
+    /// Encoding and storing the files.
+    pub write: f64,
+}
+
+/// The tiles of a frame, row by row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tiles {
+    /// The tiles.
+    pub tiles: Vec<Tile>,
+}
+
+/// A tile of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tile {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Sample ranges of this tile.
+    pub units: Count,
+    /// How many of them are leased at this moment.
+    pub leased: u64,
+}
+
+/// The connected workers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Workers {
+    /// The workers.
+    pub workers: Vec<Worker>,
+}
+
+/// A worker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Worker {
+    /// Its name for the farm.
+    pub id: String,
+    /// Its name for people.
+    pub name: String,
+    /// Version of its software.
+    pub version: String,
+    /// Rendering threads.
+    pub threads: u32,
+    /// When it connected [ms since 1970].
+    pub connected_ms: i64,
+    /// When it was last heard [ms since 1970].
+    pub heard_ms: i64,
+    /// Leases it holds.
+    pub leases: u64,
+    /// Results that counted.
+    pub delivered: u64,
+    /// Units it failed.
+    pub failed: u64,
+    /// It gets no work until then, for it failed too often in a row [ms since 1970].
+    pub set_aside_until_ms: Option<i64>,
+}
+
+/// Something that happened to a job. The name of the server-sent event is the key: `state`, `progress`, `tile` or `frame`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Event {
+    /// The job's state; the first event of every stream, and after a final state the last.
+    State {
+        /// As in [`JobSummary`].
+        state: String,
+        /// Why it failed.
+        error: Option<String>,
+    },
+    /// Results counted.
+    Progress {
+        /// Units of work.
+        units: Count,
+        /// Camera samples.
+        samples: Count,
+        /// Time since the first lease [s].
+        elapsed: f64,
+    },
+    /// A tile has one more sample range.
+    Tile {
+        /// Frame number.
+        frame: u32,
+        /// Index of the tile, row by row.
+        tile: u32,
+        /// Sample ranges.
+        units: Count,
+    },
+    /// A frame's state.
+    Frame {
+        /// Frame number.
+        frame: u32,
+        /// As in [`Frame`].
+        state: String,
+    },
+}
+
+/// An uploaded file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Asset {
+    /// BLAKE3 of its bytes, hexadecimal.
+    pub digest: String,
+    /// Its length.
+    pub bytes: u64,
+}
+
+/// Whether the coordinator works.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// `ok`.
+    pub status: String,
+    /// Version of the coordinator.
+    pub version: String,
+}

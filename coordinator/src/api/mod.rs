@@ -1,0 +1,82 @@
+//! The HTTP interface for people and their programs: `/api/v1`, one file a resource.
+//!
+//! Handlers are thin: they read the request, ask the service's handle, and answer in the shapes of `json`, or with a `problem`.
+//!
+//! | method | address | what |
+//! |---|---|---|
+//! | GET | `/health` | whether the coordinator works |
+//! | POST | `/jobs` | submit: JSON that refers to uploaded assets, or a form with scene and files |
+//! | GET | `/jobs?limit=&cursor=` | list, newest first |
+//! | GET, DELETE | `/jobs/{id}` | one job; call it off |
+//! | POST | `/jobs/{id}/cancel` | call it off |
+//! | GET | `/jobs/{id}/events?tiles=` | what happens to it, as server-sent events |
+//! | GET | `/jobs/{id}/frames/{n}` | one frame |
+//! | GET | `/jobs/{id}/frames/{n}/tiles` | its tiles |
+//! | GET | `/jobs/{id}/frames/{n}/frame.exr`, `frame.png` | its files |
+//! | POST | `/assets` | upload a file |
+//! | HEAD | `/assets/{digest}` | whether a file is there |
+//! | GET | `/workers` | the connected workers |
+
+mod assets;
+mod convert;
+mod events;
+mod frames;
+mod guard;
+mod health;
+mod jobs;
+pub mod json;
+pub mod problem;
+pub mod submission;
+mod workers;
+
+use std::future::Future;
+
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::middleware;
+use axum::routing::{get, head, post};
+use tokio::net::TcpListener;
+use tower_http::trace::TraceLayer;
+
+use crate::service::Handle;
+use problem::Problem;
+
+/// Where every address begins.
+pub const ROOT: &str = "/api/v1";
+
+/// Largest JSON body [bytes].
+pub const JSON_BYTES: usize = 64 << 20;
+/// Largest uploaded file, and largest form with a scene and its files [bytes].
+pub const UPLOAD_BYTES: usize = 1 << 30;
+
+/// All routes, answered through `handle`.
+pub fn router(handle: Handle) -> Router {
+    let routes = Router::new()
+        .route("/health", get(health::show))
+        .route("/jobs", post(jobs::submit).layer(DefaultBodyLimit::max(UPLOAD_BYTES)).get(jobs::list))
+        .route("/jobs/{job}", get(jobs::show).delete(jobs::cancel))
+        .route("/jobs/{job}/cancel", post(jobs::cancel))
+        .route("/jobs/{job}/events", get(events::stream))
+        .route("/jobs/{job}/frames/{frame}", get(frames::show))
+        .route("/jobs/{job}/frames/{frame}/tiles", get(frames::tiles))
+        .route("/jobs/{job}/frames/{frame}/frame.exr", get(frames::exr))
+        .route("/jobs/{job}/frames/{frame}/frame.png", get(frames::png))
+        .route("/assets", post(assets::upload).layer(DefaultBodyLimit::max(UPLOAD_BYTES)))
+        .route("/assets/{digest}", head(assets::check))
+        .route("/workers", get(workers::list))
+        .with_state(handle);
+    Router::new()
+        .nest(ROOT, routes)
+        .fallback(|uri: axum::http::Uri| async move { Problem::not_found(format!("nothing lives at {}", uri.path())) })
+        .method_not_allowed_fallback(|| async { Problem::method() })
+        .layer(middleware::from_fn(guard::local_only))
+        .layer(TraceLayer::new_for_http())
+}
+
+/// Serves HTTP on `listener` until `shutdown` is ready; requests under way are finished first.
+///
+/// # Errors
+/// If the listener fails.
+pub async fn serve(listener: TcpListener, handle: Handle, shutdown: impl Future<Output = ()> + Send + 'static) -> std::io::Result<()> {
+    axum::serve(listener, router(handle)).with_graceful_shutdown(shutdown).await
+}

@@ -1,0 +1,232 @@
+//! What a client sends to submit a job: one JSON body, or one form with the scene and its files.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+
+use axum::body::Bytes;
+use axum::extract::multipart::{Field, Multipart};
+use gradfarm_core::plan::Request;
+use gradfarm_core::scene::SceneDescription;
+use gradfarm_proto::Digest;
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+use serde_json::{Map, Value};
+
+use super::problem::Problem;
+use crate::request;
+use crate::service::{Frames, Handle, Submission};
+
+/// The JSON body of a submission.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JobRequest {
+    /// The scene description.
+    pub scene: Box<RawValue>,
+    /// Digest of every file that the scene refers to, by the name it uses. Each must have been uploaded.
+    #[serde(default)]
+    pub assets: BTreeMap<String, String>,
+    /// What to ask of the renderer and of the farm.
+    #[serde(default)]
+    pub options: JobOptions,
+}
+
+/// What may be asked for; everything left out is chosen from the scene. In a form, each is a field of its own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct JobOptions {
+    /// The job's name for people; otherwise that of the scene's file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// `auto` or a technique.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub technique: Option<String>,
+    /// `auto` or a reconstruction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reconstruction: Option<String>,
+    /// Samples per pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
+    /// Film size, such as `640x480` [pixels].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<String>,
+    /// Seed of all randomness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Weight of the primal in the reconstruction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<f32>,
+    /// Longest path [edges].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_depth: Option<u32>,
+    /// Edge of the tiles [pixels].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tile: Option<u32>,
+    /// First frame number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_frame: Option<u32>,
+    /// How many frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_count: Option<u32>,
+    /// Higher goes first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub priority: Option<i32>,
+    /// Names this submission: sending it again with the same token gives the same job.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub client_token: Option<String>,
+}
+
+/// The fields of a form that stay text even if they look like numbers.
+const TEXT_FIELDS: [&str; 5] = ["name", "technique", "reconstruction", "size", "client_token"];
+
+/// Reads a JSON body.
+///
+/// # Errors
+/// Where it is malformed, or what is wrong with the scene.
+pub fn from_json(body: &[u8]) -> Result<Submission, Problem> {
+    let mut json = serde_json::Deserializer::from_slice(body);
+    let body: JobRequest = serde_path_to_error::deserialize(&mut json)
+        .map_err(|fault| Problem::field(&fault.path().to_string(), fault.inner().to_string()))?;
+    json.end().map_err(|fault| Problem::malformed(fault.to_string()))?;
+    // Read here, and again where it is planned: only here the fault's place can be told in terms of what was sent.
+    let scene = SceneDescription::from_json(body.scene.get(), "scene")?;
+    let assets = body.assets.into_iter().map(|(name, digest)| match digest.parse::<Digest>() {
+        Ok(digest) => Ok((name, digest)),
+        Err(fault) => Err(Problem::field(&format!("assets.{name}"), fault.to_string())),
+    });
+    let assets: BTreeMap<String, Digest> = assets.collect::<Result<_, _>>()?;
+    complete(&scene, body.scene.get().to_owned(), assets, &body.options, "unnamed")
+}
+
+/// Reads a form: a part `scene` with the description, parts `asset` whose file names are those that the scene uses, and one part
+/// for each option. The files are stored as they come.
+///
+/// # Errors
+/// Which part is wrong, and how.
+pub async fn from_form(mut form: Multipart, service: &Handle) -> Result<Submission, Problem> {
+    let mut scene: Option<(String, Bytes)> = None;
+    let mut assets = BTreeMap::new();
+    let mut options = Map::new();
+    while let Some(field) = form.next_field().await? {
+        let part = field.name().unwrap_or_default().to_owned();
+        match part.as_str() {
+            "scene" => {
+                let file = field.file_name().unwrap_or("scene.json").to_owned();
+                scene = Some((file, field.bytes().await?));
+            }
+            "asset" => {
+                let name = field.file_name().map(str::to_owned);
+                let name = name.ok_or_else(|| Problem::field("asset", "a part without a file name; with curl: -F asset=@FILE"))?;
+                assets.insert(name, service.put_asset(field.bytes().await?).await?);
+            }
+            _ => {
+                let value = option_value(&part, field).await?;
+                options.insert(part, value);
+            }
+        }
+    }
+    let options: JobOptions = serde_path_to_error::deserialize(Value::Object(options))
+        .map_err(|fault| Problem::field(&fault.path().to_string(), fault.inner().to_string()))?;
+    let (file, bytes) = scene.ok_or_else(|| Problem::field("scene", "the form has no part `scene`; with curl: -F scene=@scene.json"))?;
+    let text = String::from_utf8(bytes.into()).map_err(|fault| Problem::field("scene", format!("{file} is not UTF-8: {fault}")))?;
+    let description = SceneDescription::from_json(&text, &file)?;
+    let stem = file.rsplit('/').next().unwrap_or(&file);
+    complete(&description, text, assets, &options, stem.strip_suffix(".json").unwrap_or(stem))
+}
+
+async fn option_value(name: &str, field: Field<'_>) -> Result<Value, Problem> {
+    let text = field.text().await?;
+    let number = if TEXT_FIELDS.contains(&name) { None } else { serde_json::from_str::<serde_json::Number>(text.trim()).ok() };
+    Ok(number.map_or(Value::String(text), Value::Number))
+}
+
+fn complete(
+    scene: &SceneDescription,
+    description: String,
+    mut assets: BTreeMap<String, Digest>,
+    options: &JobOptions,
+    name: &str,
+) -> Result<Submission, Problem> {
+    let names = scene.assets();
+    let missing: Vec<String> = names.iter().filter(|name| !assets.contains_key(*name)).cloned().collect();
+    if !missing.is_empty() {
+        return Err(Problem::missing_assets(&missing));
+    }
+    // A folder uploaded whole may hold more than the scene uses; what it does not use is no part of it.
+    assets.retain(|name, _| names.contains(name));
+    Ok(Submission {
+        name: options.name.clone().unwrap_or_else(|| name.to_owned()),
+        description,
+        assets,
+        request: options.request()?,
+        tile: options.tile.unwrap_or(Submission::TILE),
+        frames: Frames { first: options.first_frame.unwrap_or(0), count: options.frame_count.unwrap_or(1) },
+        priority: options.priority.unwrap_or(0),
+        client_token: options.client_token.clone(),
+    })
+}
+
+impl JobOptions {
+    /// The part of the options that is the renderer's.
+    fn request(&self) -> Result<Request, Problem> {
+        fn read<T: Copy + Debug, R>(path: &str, value: Option<T>, parse: impl Fn(T) -> Result<R, String>) -> Result<Option<R>, Problem> {
+            let fault = |value: T, expected: String| Problem::field(path, format!("options.{path} is {value:?}, {expected}"));
+            value.map(|value| parse(value).map_err(|expected| fault(value, expected))).transpose()
+        }
+        Ok(Request {
+            technique: read("technique", self.technique.as_deref(), request::technique)?.flatten(),
+            reconstruction: read("reconstruction", self.reconstruction.as_deref(), request::reconstruction)?.flatten(),
+            samples: self.samples,
+            extent: read("size", self.size.as_deref(), request::size)?,
+            seed: self.seed.unwrap_or(0),
+            alpha: read("alpha", self.alpha, request::check_alpha)?,
+            max_depth: self.max_depth,
+        })
+    }
+
+    /// The options that make this request.
+    pub fn of(asked: &Request) -> Self {
+        Self {
+            technique: asked.technique.map(|technique| technique.name().to_owned()),
+            reconstruction: asked.reconstruction.map(|kind| kind.name().to_owned()),
+            samples: asked.samples,
+            size: asked.extent.map(request::size_text),
+            seed: Some(asked.seed),
+            alpha: asked.alpha,
+            max_depth: asked.max_depth,
+            ..Self::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gradfarm_core::lattice::Extent;
+    use gradfarm_core::plan::{ReconstructionKind, Technique};
+
+    const SCENE: &str = r#"{"version": 1, "camera": {"perspective": {"to_world": [], "fov": 40}}}"#;
+
+    #[test]
+    fn options_and_requests_are_inverse() {
+        let asked = Request {
+            technique: Some(Technique::Gpt),
+            reconstruction: Some(ReconstructionKind::L1),
+            samples: Some(3),
+            extent: Some(Extent { width: 5, height: 6 }),
+            seed: u64::MAX,
+            alpha: Some(0.25),
+            max_depth: Some(4),
+        };
+        assert_eq!(JobOptions::of(&asked).request().unwrap(), asked);
+        assert_eq!(JobOptions::default().request().unwrap(), Request::default());
+    }
+
+    #[test]
+    fn faults_name_their_place() {
+        let path = |body: &str| from_json(body.as_bytes()).unwrap_err().more["path"].as_str().unwrap().to_owned();
+        assert_eq!(path(r#"{"scene": {}, "options": {"samples": "many"}}"#), "options.samples");
+        assert_eq!(path(&format!(r#"{{"scene": {SCENE}, "assets": {{"a.obj": "12"}}}}"#)), "assets.a.obj");
+        let problem = from_json(br#"{"scene": {"version": 1, "camera": 7}}"#).unwrap_err();
+        assert_eq!((problem.status, problem.more["path"].as_str()), (422, Some("camera")));
+    }
+}

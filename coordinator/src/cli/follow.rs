@@ -1,0 +1,165 @@
+//! Follows a job on a coordinator until it ends, over server-sent events. A coordinator that goes away is waited for.
+
+use std::time::{Duration, Instant};
+
+use futures::StreamExt;
+use reqwest::{Method, Response};
+use serde_json::{Map, Value};
+
+use super::client::Client;
+use super::error::Error;
+use super::progress::Progress;
+use super::terminal;
+use crate::api::json::{Event, is_final};
+
+/// How long a coordinator may be away before it is given up.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Pause between two attempts.
+const PAUSE: Duration = Duration::from_millis(500);
+
+/// How to tell of what happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Telling {
+    /// A progress bar on standard error.
+    Bar,
+    /// One JSON object for each event on standard output.
+    Json,
+}
+
+/// Follows `job` until it is done.
+///
+/// # Errors
+/// [`Error::Job`] if it failed or was cancelled, [`Error::Unreachable`] if the coordinator stays away.
+pub(super) async fn follow(client: &Client, job: &str, telling: Telling) -> Result<(), Error> {
+    let progress = match telling {
+        Telling::Bar => Some(Progress::new("waiting")),
+        Telling::Json => None,
+    };
+    let mut gone_since: Option<Instant> = None;
+    loop {
+        let fault = match listen(client, job, progress.as_ref()).await {
+            Ok(Some(ended)) => return ended,
+            Ok(None) => {
+                gone_since = None;
+                None
+            }
+            Err(fault @ Error::Unreachable { .. }) => Some(fault),
+            Err(fault) => return Err(fault),
+        };
+        let since = *gone_since.get_or_insert_with(Instant::now);
+        if let Some(fault) = fault
+            && since.elapsed() > PATIENCE
+        {
+            return Err(fault);
+        }
+        tokio::time::sleep(PAUSE).await;
+    }
+}
+
+/// Listens once: how the job ended, or `None` if the stream broke before it did.
+async fn listen(client: &Client, job: &str, progress: Option<&Progress>) -> Result<Option<Result<(), Error>>, Error> {
+    let response = client.send(client.request(Method::GET, &format!("/jobs/{job}/events"))).await?;
+    let mut events = Events::new(response);
+    while let Some(event) = events.next().await {
+        match progress {
+            Some(progress) => show(progress, &event),
+            None => terminal::line(serde_json::to_string(&event).unwrap_or_default())?,
+        }
+        if let Event::State { state, error } = event
+            && is_final(&state)
+        {
+            let reason = error.map(|error| format!(": {error}")).unwrap_or_default();
+            return Ok(Some(if state == "done" { Ok(()) } else { Err(Error::Job(format!("job {job} is {state}{reason}"))) }));
+        }
+    }
+    Ok(None)
+}
+
+fn show(progress: &Progress, event: &Event) {
+    match event {
+        Event::State { state, .. } => progress.say(state),
+        Event::Progress { samples, .. } => progress.show(samples.done, samples.total),
+        Event::Frame { state, .. } => progress.say(state),
+        Event::Tile { .. } => {}
+    }
+}
+
+/// Reads server-sent events from a response.
+struct Events {
+    response: futures::stream::BoxStream<'static, reqwest::Result<bytes::Bytes>>,
+    parser: Parser,
+}
+
+impl Events {
+    fn new(response: Response) -> Self {
+        Self { response: response.bytes_stream().boxed(), parser: Parser::default() }
+    }
+
+    /// The next event; `None` once the connection ends, one way or the other.
+    async fn next(&mut self) -> Option<Event> {
+        loop {
+            if let Some(event) = self.parser.next() {
+                return Some(event);
+            }
+            self.parser.buffer.extend_from_slice(&self.response.next().await?.ok()?);
+        }
+    }
+}
+
+/// Cuts a stream of bytes into events.
+#[derive(Debug, Default)]
+struct Parser {
+    buffer: Vec<u8>,
+    name: String,
+    data: String,
+}
+
+impl Parser {
+    /// The next event that is whole and of a kind that this version knows.
+    fn next(&mut self) -> Option<Event> {
+        while let Some(end) = self.buffer.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = self.buffer.drain(..=end).collect();
+            let line = String::from_utf8_lossy(&line);
+            let line = line.trim_end_matches(['\r', '\n']);
+            if line.is_empty() {
+                let (name, data) = (std::mem::take(&mut self.name), std::mem::take(&mut self.data));
+                if let Some(event) = event(name, &data) {
+                    return Some(event);
+                }
+            } else if let Some(name) = line.strip_prefix("event:") {
+                self.name = name.trim_start().to_owned();
+            } else if let Some(data) = line.strip_prefix("data:") {
+                self.data.push_str(data.trim_start());
+            }
+        }
+        None
+    }
+}
+
+fn event(name: String, data: &str) -> Option<Event> {
+    let data: Value = serde_json::from_str(data).ok()?;
+    serde_json::from_value(Value::Object(Map::from_iter([(name, data)]))).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::json::Count;
+
+    #[test]
+    fn events_are_found_however_the_bytes_are_cut() {
+        let text = ": hello\n\nevent: state\ndata: {\"state\":\"running\",\"error\":null}\n\nevent: novelty\ndata: {}\n\n\
+                    event: tile\r\ndata: {\"frame\":0,\"tile\":3,\"units\":{\"done\":1,\"total\":2}}\r\n\r\nevent: state\n";
+        for step in [1, 2, 7, text.len()] {
+            let mut parser = Parser::default();
+            let mut found = Vec::new();
+            for piece in text.as_bytes().chunks(step) {
+                parser.buffer.extend_from_slice(piece);
+                found.extend(std::iter::from_fn(|| parser.next()));
+            }
+            let running = Event::State { state: "running".into(), error: None };
+            let tile = Event::Tile { frame: 0, tile: 3, units: Count { done: 1, total: 2 } };
+            assert_eq!(found, [running, tile], "in pieces of {step}");
+        }
+    }
+}

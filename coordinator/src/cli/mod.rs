@@ -1,0 +1,119 @@
+//! The command line: one file a subcommand. Commands check everything they can before they start to work.
+
+mod cancel;
+mod client;
+mod error;
+mod files;
+mod follow;
+mod options;
+mod plan;
+mod progress;
+mod pull;
+mod render;
+mod report;
+mod scene;
+mod schema;
+mod serve;
+mod status;
+mod submit;
+mod terminal;
+mod watch;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use error::{EXIT_CODES, Error};
+
+/// A render farm in the gradient domain.
+#[derive(Debug, Parser)]
+#[command(name = "gradfarm", version, about, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(long_about = "\
+A render farm in the gradient domain: besides the image itself, workers estimate the differences between neighbouring pixels, \
+which are less noisy, and the coordinator reconstructs the image from both.
+
+`gradfarm render` does everything in one process. `gradfarm serve` starts a coordinator that any number of `gradfarm-worker` \
+processes serve; submit, status, watch, cancel and pull speak to it.")]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene here and now
+    Render(render::Render),
+    /// Start a coordinator
+    Serve(serve::Serve),
+    /// Hand a scene to a coordinator
+    Submit(submit::Submit),
+    /// List jobs, or show one
+    Status(status::Status),
+    /// Follow a job until it ends
+    Watch(watch::Watch),
+    /// Call a job off
+    Cancel(cancel::Cancel),
+    /// Fetch a finished image
+    Pull(pull::Pull),
+    /// Tell what would be done with a scene, and why
+    Plan(plan::Plan),
+    /// Print the JSON Schema of scenes
+    Schema(schema::Schema),
+}
+
+/// Parses the arguments of this process, runs the command, and tells how it ended.
+pub fn main() -> ExitCode {
+    match run(Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            if !error.is_closed_pipe() {
+                terminal::note(format_args!("error: {error}"));
+            }
+            error.exit_code()
+        }
+    }
+}
+
+fn run(cli: Cli) -> Result<(), Error> {
+    match cli.command {
+        Command::Render(command) => command.run(),
+        Command::Serve(command) => command.run(),
+        Command::Submit(command) => wait_for(command.run()),
+        Command::Status(command) => wait_for(command.run()),
+        Command::Watch(command) => wait_for(command.run()),
+        Command::Cancel(command) => wait_for(command.run()),
+        Command::Pull(command) => wait_for(command.run()),
+        Command::Plan(command) => command.run(),
+        Command::Schema(command) => command.run(),
+    }
+}
+
+/// Runs a client's future; Ctrl-C ends it.
+fn wait_for(command: impl Future<Output = Result<(), Error>>) -> Result<(), Error> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
+    runtime.block_on(async {
+        tokio::select! {
+            ended = command => ended,
+            _ = tokio::signal::ctrl_c() => Err(Error::Interrupted),
+        }
+    })
+}
+
+/// The threads of the asynchronous side. Rendering has its own.
+fn runtime() -> Result<tokio::runtime::Runtime, Error> {
+    tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().map_err(no_runtime)
+}
+
+fn no_runtime(fault: std::io::Error) -> Error {
+    Error::Failed(format!("cannot start threads: {fault}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_of_the_command_line_is_sound() {
+        super::Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,120 @@
+//! The options that `render`, `submit` and `plan` share: what to ask of the renderer.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gradfarm_core::lattice::Extent;
+use gradfarm_core::plan::{ReconstructionKind, Request, Technique};
+use gradfarm_core::scene::limits::PATH_EDGES;
+use gradfarm_proto::limits;
+
+use crate::request;
+
+/// What to ask of the renderer. Everything left out is chosen from the scene.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Rendering")]
+pub(super) struct RenderOptions {
+    /// How light is followed: pt is path tracing, gpt the same with gradients
+    #[arg(long, default_value = request::AUTO, value_name = "NAME", value_parser = technique())]
+    technique: Choice<Technique>,
+    /// How the image is made: none takes the primal as it is, l2 and l1 solve a screened Poisson problem (l2 is unbiased, l1 robust)
+    #[arg(long, default_value = request::AUTO, value_name = "NAME", value_parser = reconstruction())]
+    reconstruction: Choice<ReconstructionKind>,
+    /// Samples per pixel [default: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(limits::SAMPLES)))]
+    samples: Option<u32>,
+    /// Size of the image in pixels, such as 640x480 [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = request::size)]
+    size: Option<Extent>,
+    /// Seed of all randomness: the same seed gives the same bits
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Weight of the primal against the gradients in the reconstruction, above 0 [default: 0.2]
+    #[arg(long, value_name = "A", value_parser = alpha)]
+    alpha: Option<f32>,
+    /// Longest path in edges: 1 shows emitters only, 2 adds one bounce [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(PATH_EDGES)))]
+    max_depth: Option<u32>,
+}
+
+impl RenderOptions {
+    /// The request that these options make.
+    pub(super) fn request(&self) -> Request {
+        Request {
+            technique: self.technique.0,
+            reconstruction: self.reconstruction.0,
+            samples: self.samples,
+            extent: self.size,
+            seed: self.seed,
+            alpha: self.alpha,
+            max_depth: self.max_depth,
+        }
+    }
+}
+
+/// A name, or `None` for `auto`. (clap gives a plain `Option` another meaning.)
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Choice<T>(Option<T>);
+
+fn technique() -> impl TypedValueParser<Value = Choice<Technique>> {
+    PossibleValuesParser::new(request::technique_names()).try_map(|name| request::technique(&name).map(Choice))
+}
+
+fn reconstruction() -> impl TypedValueParser<Value = Choice<ReconstructionKind>> {
+    PossibleValuesParser::new(request::reconstruction_names()).try_map(|name| request::reconstruction(&name).map(Choice))
+}
+
+fn alpha(text: &str) -> Result<f32, String> {
+    request::check_alpha(text.parse().unwrap_or(f32::NAN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: RenderOptions,
+    }
+
+    fn parse(words: &[&str]) -> Result<Request, String> {
+        let words = std::iter::once("gradfarm").chain(words.iter().copied());
+        Line::try_parse_from(words).map(|line| line.options.request()).map_err(|fault| fault.to_string())
+    }
+
+    #[test]
+    fn nothing_asked_is_nothing_decided() {
+        assert_eq!(parse(&[]).unwrap(), Request::default());
+        assert_eq!(parse(&["--technique", "auto", "--reconstruction", "auto"]).unwrap(), Request::default());
+    }
+
+    #[test]
+    fn what_is_asked_arrives() {
+        let words = ["--technique=gpt", "--reconstruction=l1", "--samples=7", "--size=3x4", "--seed=9", "--alpha=0.5", "--max-depth=2"];
+        let expected = Request {
+            technique: Some(Technique::Gpt),
+            reconstruction: Some(ReconstructionKind::L1),
+            samples: Some(7),
+            extent: Some(Extent { width: 3, height: 4 }),
+            seed: 9,
+            alpha: Some(0.5),
+            max_depth: Some(2),
+        };
+        assert_eq!(parse(&words).unwrap(), expected);
+    }
+
+    #[test]
+    fn nonsense_is_refused_with_what_was_expected() {
+        for (word, expected) in [
+            ("--technique=magic", "auto, pt, gpt"),
+            ("--reconstruction=l3", "auto, none, l2, l1"),
+            ("--size=640", "such as 640x480"),
+            ("--alpha=much", "above 0"),
+            ("--samples=0", "1.."),
+            ("--max-depth=0", "1.."),
+        ] {
+            let fault = parse(&[word]).unwrap_err();
+            assert!(fault.contains(expected), "{word}: {fault}");
+        }
+    }
+}

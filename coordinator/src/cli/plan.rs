@@ -1,0 +1,73 @@
+//! `gradfarm plan`: what would be done with a scene, and why, without doing it.
+
+use std::path::PathBuf;
+
+use gradfarm_core::plan::{self, Plan as CorePlan};
+use gradfarm_core::scene::SceneDescription;
+use serde_json::json;
+
+use super::error::Error;
+use super::options::RenderOptions;
+use super::terminal;
+
+/// Arguments of `gradfarm plan`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  gradfarm plan tests/scenes/cornell-box.json
+  gradfarm plan scene.xml --technique gpt --json")]
+pub(super) struct Plan {
+    /// The scene: gradfarm JSON, or Mitsuba 3 XML
+    scene: PathBuf,
+    #[command(flatten)]
+    options: RenderOptions,
+    /// Print one JSON object instead
+    #[arg(long)]
+    json: bool,
+}
+
+impl Plan {
+    /// Reads the scene, makes the plan and prints it.
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let scene = super::scene::read(&self.scene)?;
+        let plan = plan::resolve(&scene.description, &self.options.request())?;
+        if self.json { terminal::json(&as_json(&plan)) } else { self.print(&plan, &scene.description) }
+    }
+
+    fn print(&self, plan: &CorePlan, scene: &SceneDescription) -> Result<(), Error> {
+        let files = match scene.assets().len() {
+            0 => String::new(),
+            1 => ", 1 file beside it".to_owned(),
+            n => format!(", {n} files beside it"),
+        };
+        terminal::line(format_args!("scene           {}{files}", self.scene.display()))?;
+        terminal::line(format_args!("film            {} × {} pixels", plan.extent.width, plan.extent.height))?;
+        terminal::line(format_args!("technique       {}", plan.technique.name()))?;
+        terminal::line(format_args!("reconstruction  {} (alpha {})", plan.reconstruction.name(), plan.alpha))?;
+        terminal::line(format_args!("samples         {} per pixel, in runs of {}", plan.samples, plan.batch))?;
+        terminal::line(format_args!("paths           up to {} edges, roulette after {}", plan.max_depth, plan.roulette_depth))?;
+        terminal::line(format_args!("seed            {}", plan.seed))?;
+        terminal::line("because")?;
+        for reason in &plan.reasons {
+            terminal::line(format_args!("  - {reason}"))?;
+        }
+        Ok(())
+    }
+}
+
+fn as_json(plan: &CorePlan) -> serde_json::Value {
+    json!({
+        "width": plan.extent.width,
+        "height": plan.extent.height,
+        "technique": plan.technique.name(),
+        "reconstruction": plan.reconstruction.name(),
+        "alpha": plan.alpha,
+        "samples": plan.samples,
+        "batch": plan.batch,
+        "seed": plan.seed,
+        "max_depth": plan.max_depth,
+        "roulette_depth": plan.roulette_depth,
+        "shift_threshold": plan.shift_threshold,
+        "reasons": plan.reasons,
+    })
+}

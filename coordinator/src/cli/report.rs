@@ -1,0 +1,169 @@
+//! Where the time of a render went.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::error::Error;
+use super::progress::rate;
+use super::terminal;
+use crate::api::json::Job;
+use crate::service::JobView;
+
+/// The spans that this process measures itself.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clock {
+    started: Instant,
+    load: Duration,
+    write: Duration,
+}
+
+impl Clock {
+    /// Starts to measure.
+    pub(super) fn start() -> Self {
+        Self { started: Instant::now(), load: Duration::ZERO, write: Duration::ZERO }
+    }
+
+    /// The scene is read: everything so far was loading.
+    pub(super) fn loaded(&mut self) {
+        self.load = self.started.elapsed();
+    }
+
+    /// Writing the images took so long.
+    pub(super) fn wrote(&mut self, span: Duration) {
+        self.write += span;
+    }
+}
+
+/// What there is to say about a finished render.
+#[derive(Debug)]
+pub(super) struct Report {
+    job: Job,
+    workers: usize,
+    threads: usize,
+    seconds: Phases,
+    exr: PathBuf,
+    png: PathBuf,
+}
+
+/// Spans of wall-clock time, one after the other [s]; what they leave of `total` is start-up and waiting.
+#[derive(Clone, Copy, Debug)]
+struct Phases {
+    /// Reading the scene here, and fetching it in the workers (mean over workers).
+    load: f64,
+    /// Compiling the scene (mean over workers).
+    build: f64,
+    /// From the first lease to the last result, without loading and building.
+    render: f64,
+    /// Adding the tiles up.
+    stitch: f64,
+    /// Reconstruction.
+    reconstruct: f64,
+    /// Encoding and writing files.
+    write: f64,
+    /// From start to end.
+    total: f64,
+}
+
+impl Report {
+    /// Puts together what the job and this process measured. `threads` has one entry for each worker.
+    pub(super) fn new(view: &JobView, threads: &[usize], clock: Clock, exr: &Path, png: &Path) -> Self {
+        let measured = view.seconds;
+        // Workers load and build at the same time as each other, and trace only then.
+        let workers = threads.len().max(1) as f64;
+        let (load, build) = (measured.load / workers, measured.compile / workers);
+        let seconds = Phases {
+            load: clock.load.as_secs_f64() + load,
+            build,
+            render: (measured.render_span - load - build).max(0.0),
+            stitch: measured.stitch,
+            reconstruct: measured.reconstruct,
+            write: measured.write + clock.write.as_secs_f64(),
+            total: clock.started.elapsed().as_secs_f64(),
+        };
+        Self {
+            job: view.clone().into(),
+            workers: threads.len(),
+            threads: threads.iter().sum(),
+            seconds,
+            exr: exr.to_path_buf(),
+            png: png.to_path_buf(),
+        }
+    }
+
+    fn samples_per_second(&self) -> f64 {
+        let samples = self.job.summary.progress.samples.done as f64;
+        if self.seconds.render > 0.0 { samples / self.seconds.render } else { 0.0 }
+    }
+
+    fn estimated_relmse(&self) -> Option<f64> {
+        self.job.frames.first().and_then(|frame| frame.estimated_relmse)
+    }
+
+    /// For programs.
+    pub(super) fn json(&self) -> Value {
+        let Phases { load, build, render, stitch, reconstruct, write, total } = self.seconds;
+        let plan = &self.job.plan;
+        json!({
+            "samples_per_second": self.samples_per_second(),
+            "seconds": {
+                "load": load, "build": build, "render": render, "stitch": stitch,
+                "reconstruct": reconstruct, "write": write, "total": total,
+            },
+            "render_thread_seconds": self.job.seconds.render,
+            "samples": plan.samples,
+            "width": plan.width,
+            "height": plan.height,
+            "technique": plan.technique,
+            "reconstruction": plan.reconstruction,
+            "alpha": plan.alpha,
+            "seed": plan.seed,
+            "max_depth": plan.max_depth,
+            "estimated_relmse": self.estimated_relmse(),
+            "statistics": self.job.statistics,
+            "workers": self.workers,
+            "threads": self.threads,
+            "output": self.exr.display().to_string(),
+            "preview": self.png.display().to_string(),
+            "version": env!("CARGO_PKG_VERSION"),
+        })
+    }
+
+    /// For people.
+    pub(super) fn print(&self) -> Result<(), Error> {
+        let plan = &self.job.plan;
+        terminal::line(format_args!(
+            "{} × {} pixels, {} samples each, {}, reconstruction {}, {} on {}",
+            plan.width,
+            plan.height,
+            plan.samples,
+            plan.technique,
+            plan.reconstruction,
+            plural(self.workers, "worker"),
+            plural(self.threads, "thread"),
+        ))?;
+        let phases = self.seconds;
+        let spans = [
+            ("load", phases.load),
+            ("build", phases.build),
+            ("render", phases.render),
+            ("stitch", phases.stitch),
+            ("reconstruct", phases.reconstruct),
+            ("write", phases.write),
+        ];
+        for (name, seconds) in spans {
+            let note = if name == "render" { format!("   {}", rate(self.samples_per_second())) } else { String::new() };
+            terminal::line(format_args!("  {name:12} {seconds:9.3} s{note}"))?;
+        }
+        terminal::line(format_args!("  {:12} {:9.3} s", "in all", phases.total))?;
+        if let Some(relmse) = self.estimated_relmse() {
+            terminal::line(format_args!("estimated relMSE {relmse:.3e}"))?;
+        }
+        terminal::line(format_args!("{} and {}", self.exr.display(), self.png.display()))
+    }
+}
+
+fn plural(count: usize, what: &str) -> String {
+    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
+}

@@ -1,0 +1,93 @@
+//! `gradfarm serve`: a coordinator that stays.
+
+use std::net::SocketAddr;
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::json;
+use tokio::sync::watch;
+
+use super::error::Error;
+use super::files::Target;
+use super::terminal;
+use crate::config::ServeConfig;
+use crate::embedded::{self, Farm};
+use crate::{api, service, telemetry};
+
+/// Arguments of `gradfarm serve`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Everything that was acknowledged survives a crash: start it again with the same --data and jobs go on. The addresses it got are \
+printed and written to DIR/address.json. Ctrl-C or SIGTERM stops it; running jobs go on at the next start. GRADFARM_LOG sets how \
+much it tells, for example GRADFARM_LOG=debug.
+
+Examples:
+  gradfarm serve
+  gradfarm-worker --coordinator http://127.0.0.1:7701        # as often as you like
+  gradfarm serve --listen 127.0.0.1:0 --grpc 127.0.0.1:0 --data /tmp/farm --workers 2")]
+pub(super) struct Serve {
+    #[command(flatten)]
+    config: ServeConfig,
+}
+
+/// How long requests under way may still take once the server was told to stop.
+const FAREWELL: Duration = Duration::from_secs(5);
+
+impl Serve {
+    /// Serves until told to stop.
+    pub(super) fn run(self) -> Result<(), Error> {
+        telemetry::start("info", telemetry::Format::Text).map_err(Error::Usage)?;
+        super::runtime()?.block_on(serve(self.config))
+    }
+}
+
+async fn serve(config: ServeConfig) -> Result<(), Error> {
+    let failed = |fault: crate::error::Error| Error::Failed(fault.to_string());
+    let http = service::listen(config.listen).await.map_err(failed)?;
+    let grpc = service::listen(config.grpc).await.map_err(failed)?;
+    let address = http.local_addr().map_err(|fault| Error::Failed(fault.to_string()))?;
+    let threads = embedded::threads(config.workers, config.threads);
+    let mut farm = Farm::start(service::Config::new(&config.data), grpc, &threads).await.map_err(failed)?;
+    announce(&config.data, address, farm.grpc())?;
+
+    let (stop, mut stopping) = watch::channel(false);
+    let stopped = async move { drop(stopping.wait_for(|stop| *stop).await) };
+    let mut server = tokio::spawn(api::serve(http, farm.handle(), stopped));
+    let ended = tokio::select! {
+        told = told_to_stop() => told,
+        reason = farm.broken() => Err(Error::Failed(reason)),
+        ended = &mut server => Err(Error::Failed(format!("the HTTP server ended: {ended:?}"))),
+    };
+    tracing::info!("stopping");
+    stop.send_replace(true);
+    // Streams of events end with the service; whoever still reads after that is not waited for.
+    let farm = farm.stop().await;
+    if !server.is_finished() && tokio::time::timeout(FAREWELL, &mut server).await.is_err() {
+        server.abort();
+    }
+    ended.and(farm.map_err(failed))
+}
+
+/// Tells where the coordinator is, to people and to programs that let it choose the ports.
+fn announce(data: &Path, http: SocketAddr, grpc: SocketAddr) -> Result<(), Error> {
+    let addresses = json!({ "http": format!("http://{http}"), "grpc": format!("http://{grpc}"), "pid": std::process::id() });
+    Target::check(&data.join("address.json"))?.write(format!("{addresses}\n").as_bytes())?;
+    terminal::line(format_args!("people   http://{http}{}", api::ROOT))?;
+    terminal::line(format_args!("workers  gradfarm-worker --coordinator http://{grpc}"))
+}
+
+/// Waits for Ctrl-C or SIGTERM.
+async fn told_to_stop() -> Result<(), Error> {
+    let no_signal = |fault: std::io::Error| Error::Failed(format!("cannot wait for signals: {fault}"));
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        let mut terminate = signal(SignalKind::terminate()).map_err(no_signal)?;
+        tokio::select! {
+            told = tokio::signal::ctrl_c() => told.map_err(no_signal),
+            _ = terminate.recv() => Ok(()),
+        }
+    }
+    #[cfg(not(unix))]
+    tokio::signal::ctrl_c().await.map_err(no_signal)
+}

@@ -1,0 +1,97 @@
+//! `gradfarm status`: the list of jobs, or one job in full.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::client::{Client, ServerOption};
+use super::error::Error;
+use super::terminal;
+use crate::api::json::{Frame, Job, JobPage, JobSummary};
+
+/// Arguments of `gradfarm status`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  gradfarm status
+  gradfarm status --limit 500 --json | jq '.jobs[] | select(.state == \"running\") | .id'
+  gradfarm status 01920d4e-7f3b-7cc1-9f52-0a3e5f3c2b11")]
+pub(super) struct Status {
+    /// The job; without it, all jobs are listed
+    job: Option<String>,
+    /// How many jobs to list, newest first
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=500))]
+    limit: u32,
+    /// Print JSON as the coordinator sends it
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    server: ServerOption,
+}
+
+impl Status {
+    /// Asks and prints.
+    pub(super) async fn run(self) -> Result<(), Error> {
+        let client = self.server.client()?;
+        let path = match &self.job {
+            Some(job) => format!("/jobs/{job}"),
+            None => format!("/jobs?limit={}", self.limit),
+        };
+        match (self.json, self.job.is_some()) {
+            (true, _) => terminal::json(&client.get(&path).await?),
+            (false, true) => print(&client.get(&path).await?),
+            (false, false) => list(&client, &path).await,
+        }
+    }
+}
+
+async fn list(client: &Client, path: &str) -> Result<(), Error> {
+    let page: JobPage = client.get(path).await?;
+    if page.jobs.is_empty() {
+        return terminal::line(format_args!("no jobs at {}", client.server()));
+    }
+    terminal::line(format_args!("{:36}  {:9}  {:>6}  {:>8}  name", "job", "state", "done", "age"))?;
+    for job in &page.jobs {
+        let done = job.progress.units.fraction() * 100.0;
+        terminal::line(format_args!("{:36}  {:9}  {done:5.1}%  {:>8}  {}", job.id, job.state, age(job), job.name))?;
+    }
+    if page.next.is_some() {
+        terminal::line("… and older ones: --limit shows more")?;
+    }
+    Ok(())
+}
+
+fn print(job: &Job) -> Result<(), Error> {
+    let (summary, plan) = (&job.summary, &job.plan);
+    terminal::line(format_args!("job      {}", summary.id))?;
+    terminal::line(format_args!("name     {}", summary.name))?;
+    terminal::line(format_args!("state    {}", summary.state))?;
+    if let Some(error) = &summary.error {
+        terminal::line(format_args!("because  {error}"))?;
+    }
+    terminal::line(format_args!("age      {}", age(summary)))?;
+    terminal::line(format_args!(
+        "plan     {} × {} pixels, {} samples each, {}, reconstruction {}",
+        plan.width, plan.height, plan.samples, plan.technique, plan.reconstruction
+    ))?;
+    let units = summary.progress.units;
+    terminal::line(format_args!("units    {} of {} ({:.1} %)", units.done, units.total, units.fraction() * 100.0))?;
+    for frame in &job.frames {
+        terminal::line(format_args!("frame    {}", describe(frame)))?;
+    }
+    Ok(())
+}
+
+fn describe(frame: &Frame) -> String {
+    let percent = frame.progress.units.fraction() * 100.0;
+    let error = frame.estimated_relmse.map(|error| format!(", estimated relMSE {error:.2e}")).unwrap_or_default();
+    format!("{}: {} ({percent:.1} %){error}", frame.number, frame.state)
+}
+
+fn age(job: &JobSummary) -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |span| span.as_millis() as i64);
+    match (now - job.created_ms).max(0) / 1000 {
+        seconds @ 0..=119 => format!("{seconds} s"),
+        seconds @ 120..=7199 => format!("{} min", seconds / 60),
+        seconds @ 7200..=172_799 => format!("{} h", seconds / 3600),
+        seconds => format!("{} days", seconds / 86_400),
+    }
+}

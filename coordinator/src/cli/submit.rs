@@ -1,0 +1,107 @@
+//! `gradfarm submit`: hands a scene and its files to a coordinator.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use gradfarm_core::scene::Loaded;
+use gradfarm_proto::Digest;
+use reqwest::{Method, StatusCode};
+use serde_json::value::RawValue;
+
+use super::client::{Client, ServerOption};
+use super::error::Error;
+use super::files::Target;
+use super::follow::{Telling, follow};
+use super::options::RenderOptions;
+use super::{pull, scene, terminal};
+use crate::api::json::Job;
+use crate::api::submission::{JobOptions, JobRequest};
+
+/// Arguments of `gradfarm submit`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Prints the job's name. Files that the coordinator has already are not sent again.
+
+Examples:
+  gradfarm submit tests/scenes/cornell-box.json --samples 256
+  gradfarm submit scene.xml --wait -o image.exr
+  job=$(gradfarm submit scene.json); gradfarm watch \"$job\"")]
+pub(super) struct Submit {
+    /// The scene: gradfarm JSON, or Mitsuba 3 XML
+    scene: PathBuf,
+    #[command(flatten)]
+    options: RenderOptions,
+    /// Edge of the tiles in pixels; changes how work is shared, never the image
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    tile: Option<u32>,
+    /// The job's name for people [default: the scene's]
+    #[arg(long)]
+    name: Option<String>,
+    /// Jobs of higher priority go first
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    priority: i32,
+    /// Names this submission: sending it again with the same token gives the same job
+    #[arg(long, value_name = "TOKEN")]
+    client_token: Option<String>,
+    /// Wait until the job is done
+    #[arg(long)]
+    wait: bool,
+    /// Fetch the image when the job is done, and the PNG beside it; waits for it
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: Option<PathBuf>,
+    /// Print the job as one JSON object instead of its name
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    server: ServerOption,
+}
+
+impl Submit {
+    /// Uploads what is missing, submits, and waits if asked to.
+    pub(super) async fn run(self) -> Result<(), Error> {
+        let output = self.output.as_deref().map(Target::check_image).transpose()?;
+        let client = self.server.client()?;
+        let loaded = scene::read(&self.scene)?;
+        let request = JobRequest {
+            assets: upload(&client, &loaded).await?,
+            scene: RawValue::from_string(loaded.description.to_json()).map_err(|fault| Error::Failed(fault.to_string()))?,
+            options: JobOptions {
+                name: Some(self.name.clone().unwrap_or_else(|| scene::job_name(&self.scene))),
+                tile: self.tile,
+                priority: Some(self.priority),
+                client_token: self.client_token.clone(),
+                ..JobOptions::of(&self.options.request())
+            },
+        };
+        let response = client.send(client.request(Method::POST, "/jobs").json(&request)).await?;
+        let job: Job = client.read(response).await?;
+        let id = job.summary.id.clone();
+        if self.json {
+            terminal::json(&serde_json::to_value(&job).unwrap_or_default())?;
+        } else {
+            terminal::line(&id)?;
+        }
+        if self.wait || output.is_some() {
+            follow(&client, &id, Telling::Bar).await?;
+        }
+        match output {
+            Some(output) => pull::fetch(&client, &id, job.frames.first().map_or(0, |frame| frame.number), &output).await,
+            None => Ok(()),
+        }
+    }
+}
+
+/// Sends the files that the coordinator does not have yet; the digests of all.
+async fn upload(client: &Client, loaded: &Loaded) -> Result<BTreeMap<String, String>, Error> {
+    let mut digests = BTreeMap::new();
+    for name in loaded.description.assets() {
+        let bytes = scene::read_asset(&loaded.assets, &name).await?;
+        let digest = Digest::of(&bytes).to_string();
+        let there = client.request(Method::HEAD, &format!("/assets/{digest}")).send().await.map_err(|fault| client.unreachable(&fault))?;
+        if there.status() == StatusCode::NOT_FOUND {
+            client.send(client.request(Method::POST, "/assets").body(bytes)).await?;
+        }
+        digests.insert(name, digest);
+    }
+    Ok(digests)
+}

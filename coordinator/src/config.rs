@@ -1,0 +1,61 @@
+//! How `gradfarm serve` is configured: command line over environment over defaults, checked before anything starts.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use crate::embedded;
+
+/// What a server is told.
+#[derive(Clone, Debug, clap::Args)]
+pub struct ServeConfig {
+    /// Where to listen for people: HTTP, loopback only; port 0 picks a free one
+    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_LISTEN", default_value = "127.0.0.1:7700", value_parser = loopback)]
+    pub listen: SocketAddr,
+    /// Where to listen for workers: gRPC, loopback only; port 0 picks a free one
+    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_GRPC", default_value = "127.0.0.1:7701", value_parser = loopback)]
+    pub grpc: SocketAddr,
+    /// Folder for jobs, assets and images; made if it is not there
+    #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data")]
+    pub data: PathBuf,
+    /// Workers to start in this process
+    #[arg(long, value_name = "N", env = "GRADFARM_WORKERS", default_value_t = 0,
+          value_parser = clap::value_parser!(u16).range(0..=i64::from(embedded::WORKERS_MOST)))]
+    pub workers: u16,
+    /// Rendering threads of each of them [default: the cores shared out]
+    #[arg(long, value_name = "N", env = "GRADFARM_THREADS", value_parser = clap::value_parser!(u16).range(1..=i64::from(embedded::THREADS_MOST)))]
+    pub threads: Option<u16>,
+}
+
+/// An address of this machine only. Names are not resolved: what a name means can change after it was checked.
+///
+/// # Errors
+/// Why not.
+fn loopback(text: &str) -> Result<SocketAddr, String> {
+    let text = text.replacen("localhost:", "127.0.0.1:", 1);
+    let address: SocketAddr = text.parse().map_err(|_| "expected an address and a port, such as 127.0.0.1:7700".to_owned())?;
+    if address.ip().is_loopback() {
+        Ok(address)
+    } else {
+        Err("this address can be reached from other machines, and there is neither encryption nor authentication yet; \
+             use 127.0.0.1 or [::1], and a tunnel (ssh -L) from elsewhere"
+            .to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_loopback_addresses_are_taken() {
+        for good in ["127.0.0.1:0", "127.0.0.2:80", "[::1]:7700", "localhost:1"] {
+            assert!(loopback(good).is_ok(), "{good}");
+        }
+        for bad in ["0.0.0.0:7700", "[::]:7700", "192.168.1.2:7700"] {
+            assert!(loopback(bad).unwrap_err().contains("neither encryption nor authentication"), "{bad}");
+        }
+        for bad in ["7700", "example.org:80", ""] {
+            assert!(loopback(bad).unwrap_err().contains("such as"), "{bad}");
+        }
+    }
+}

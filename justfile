@@ -1,0 +1,32 @@
+# `just` lists the recipes. Each is one cargo command or a few, so they can be typed by hand as well.
+
+default:
+    @just --list
+
+# Format every crate.
+fmt:
+    cargo fmt --all
+
+# Lints of all targets; warnings are errors.
+lint:
+    cargo clippy --workspace --all-targets -- -D warnings
+
+# Unit, property, statistical and whole-system tests.
+test:
+    cargo test --workspace
+
+# Time rays, materials, shifts and reconstructions.
+bench *ARGS:
+    cargo bench -p gradfarm-core {{ARGS}}
+
+# Read the documentation of every crate.
+doc:
+    cargo doc --workspace --no-deps --open
+
+# A coordinator with two workers of its own, on loopback.
+farm *ARGS:
+    cargo run --release -- serve --workers 2 {{ARGS}}
+
+# What a change must pass before it is merged.
+verify:
+    .ci/run
