@@ -2,6 +2,7 @@
 
 mod resolve;
 
+pub use crate::reconstruction::ReconstructionKind;
 pub use resolve::{PlanError, resolve};
 
 use crate::film::PlaneKind;
@@ -37,31 +38,6 @@ impl Technique {
 /// A named choice: the inverse of `name()` for techniques and reconstructions.
 pub fn by_name<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str, wanted: &str) -> Option<T> {
     all.iter().copied().find(|item| name(*item) == wanted)
-}
-
-/// The reconstruction by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ReconstructionKind {
-    /// The primal as it is.
-    None,
-    /// Screened Poisson in the L2 norm, exact by cosine transform. Unbiased.
-    L2,
-    /// Screened Poisson in the L1 norm by iteratively reweighted least squares. Robust to outliers, biased.
-    L1,
-}
-
-impl ReconstructionKind {
-    /// Every reconstruction.
-    pub const ALL: [ReconstructionKind; 3] = [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1];
-
-    /// Its name on the command line and on the wire.
-    pub fn name(self) -> &'static str {
-        match self {
-            ReconstructionKind::None => "none",
-            ReconstructionKind::L2 => "l2",
-            ReconstructionKind::L1 => "l1",
-        }
-    }
 }
 
 /// What a person asks for; `None` leaves the choice to the plan.

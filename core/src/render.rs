@@ -163,7 +163,7 @@ impl<'a> Renderer<'a> {
 fn outcome(end: OffsetEnd) -> Counter {
     match end {
         OffsetEnd::Rejoined { .. } => Counter::ShiftReconnected,
-        OffsetEnd::Followed { .. } => Counter::ShiftHalfVector,
+        OffsetEnd::Followed { .. } => Counter::ShiftFollowed,
         OffsetEnd::Failed { why, .. } => match why {
             ShiftFailure::Escaped => Counter::ShiftEscaped,
             ShiftFailure::Occluded => Counter::ShiftOccluded,

@@ -13,8 +13,8 @@ pub enum Counter {
     Vertices,
     /// The offset path joined the base path.
     ShiftReconnected,
-    /// The offset path followed the base path by half-vector copies to its end.
-    ShiftHalfVector,
+    /// The offset path followed the base path to its end without joining it.
+    ShiftFollowed,
     /// The neighbour lies outside the film.
     ShiftOutsideFilm,
     /// The offset's primary ray met nothing.
@@ -36,7 +36,7 @@ impl Counter {
         Counter::Rays,
         Counter::Vertices,
         Counter::ShiftReconnected,
-        Counter::ShiftHalfVector,
+        Counter::ShiftFollowed,
         Counter::ShiftOutsideFilm,
         Counter::ShiftEscaped,
         Counter::ShiftOccluded,
@@ -52,7 +52,7 @@ impl Counter {
             Counter::Rays => "rays",
             Counter::Vertices => "vertices",
             Counter::ShiftReconnected => "shift_reconnected",
-            Counter::ShiftHalfVector => "shift_half_vector",
+            Counter::ShiftFollowed => "shift_followed",
             Counter::ShiftOutsideFilm => "shift_outside_film",
             Counter::ShiftEscaped => "shift_escaped",
             Counter::ShiftOccluded => "shift_occluded",

@@ -1,0 +1,217 @@
+//! Reconstruction: from the film's primal and gradients to an image, and what that image's error is.
+//!
+//! One trait, one file each. All are deterministic for any number of threads: parallel loops write disjoint parts, and sums
+//! run in a fixed order.
+
+mod dct;
+mod l1;
+mod l2;
+mod multigrid;
+mod none;
+mod solver;
+
+use crate::film::{Film, HalfFilm, Image};
+use crate::lattice::Extent;
+
+/// The reconstruction by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ReconstructionKind {
+    /// The primal as it is.
+    None,
+    /// Screened Poisson in the L2 norm, exact by cosine transform. Unbiased.
+    L2,
+    /// Screened Poisson in the L1 norm by iteratively reweighted least squares. Robust to outliers, biased.
+    L1,
+}
+
+impl ReconstructionKind {
+    /// Every reconstruction.
+    pub const ALL: [ReconstructionKind; 3] = [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1];
+
+    /// Its name on the command line and on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            ReconstructionKind::None => "none",
+            ReconstructionKind::L2 => "l2",
+            ReconstructionKind::L1 => "l1",
+        }
+    }
+}
+
+/// What a reconstruction starts from: forward differences, none beyond the last column and row (Neumann border).
+#[derive(Clone, Copy, Debug)]
+pub struct Measurements<'a> {
+    /// Size.
+    pub extent: Extent,
+    /// Primal, RGB.
+    pub primal: &'a Image,
+    /// I(x+1, y) − I(x, y), RGB.
+    pub dx: &'a Image,
+    /// I(x, y+1) − I(x, y), RGB.
+    pub dy: &'a Image,
+}
+
+/// How a solve went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SolveReport {
+    /// Linear iterations, all channels and reweightings together; 0 for direct solves.
+    pub iterations: u32,
+    /// Largest relative residual ‖b − Ax‖ / ‖b‖ of the last linear system [1].
+    pub residual: f64,
+}
+
+/// Why an image could not be reconstructed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReconstructError {
+    /// The film has no gradients.
+    #[error("reconstruction `{wanted}` needs gradients, and the film has none: render with a technique that measures them, or use `none`")]
+    NoGradients {
+        /// The reconstruction's name.
+        wanted: &'static str,
+    },
+    /// The weight of the primal is not usable.
+    #[error("alpha must be finite and greater than 0, found {found}")]
+    Alpha {
+        /// What was given.
+        found: f32,
+    },
+    /// A plane that is not finite, which no film holds.
+    #[error("the {plane} holds a value that is not finite at index {index}")]
+    NotFinite {
+        /// Which one.
+        plane: &'static str,
+        /// Where.
+        index: usize,
+    },
+    /// An iterative solve stopped short of its tolerance.
+    #[error("the solve reached a relative residual of {residual:e} after {iterations} iterations, {tolerance:e} was demanded")]
+    Diverged {
+        /// Linear iterations.
+        iterations: u32,
+        /// What it reached.
+        residual: f64,
+        /// What it should have.
+        tolerance: f64,
+    },
+}
+
+/// A way from measurements to an image. Object-safe; called once a frame.
+pub trait Reconstruct: Send + Sync {
+    /// Whether the image is a linear function of the measurements. Then the image of a mean is the mean of the images.
+    fn is_linear(&self) -> bool;
+
+    /// Solves for the image. `alpha` is the weight of the primal against the gradients.
+    ///
+    /// # Errors
+    /// If an iterative solve does not reach its tolerance.
+    fn solve(&self, measurements: &Measurements, alpha: f32) -> Result<(Image, SolveReport), ReconstructError>;
+}
+
+/// The registry: one line each.
+fn method(kind: ReconstructionKind) -> &'static dyn Reconstruct {
+    match kind {
+        ReconstructionKind::None => &none::None,
+        ReconstructionKind::L2 => &l2::L2,
+        ReconstructionKind::L1 => &l1::L1,
+    }
+}
+
+/// A finished frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstructed {
+    /// The image, RGB: what was solved for, with directly visible emission added.
+    pub image: Image,
+    /// The primal of both halves with directly visible emission: what plain path tracing shows for the same samples. RGB.
+    pub primal: Image,
+    /// The images of half A and of half B, where both have samples.
+    pub halves: Option<[Image; 2]>,
+    /// Per value, the squared half difference of the halves' images, (R(A) − R(B))² / 4: an unbiased estimate of the image's variance. RGB.
+    pub error: Option<Image>,
+    /// The same relative, as relMSE: mean of error / (grey² + 10⁻³), grey of the image. `None` if a half has no samples.
+    pub estimated_relmse: Option<f64>,
+    /// How the solve went.
+    pub report: SolveReport,
+}
+
+/// Reconstructs a frame.
+///
+/// # Errors
+/// If the film lacks gradients that the reconstruction needs, `alpha` is not usable, or a solve fails.
+pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<Reconstructed, ReconstructError> {
+    if !(alpha > 0.0 && alpha.is_finite()) {
+        return Err(ReconstructError::Alpha { found: alpha });
+    }
+    let combined = film.combined();
+    let method = method(kind);
+    let [a, b] = &film.halves;
+    let halves = if a.samples > 0 && b.samples > 0 {
+        let ((image_a, report_a), (image_b, report_b)) = {
+            let (x, y) = rayon::join(|| solve_half(a, method, kind, alpha), || solve_half(b, method, kind, alpha));
+            (x?, y?)
+        };
+        Some(([image_a, image_b], merge(report_a, report_b)))
+    } else {
+        None
+    };
+    let (image, report) = match &halves {
+        // A linear method need not solve a third time.
+        Some(([image_a, image_b], report)) if method.is_linear() => {
+            let (na, nb) = (f64::from(a.samples), f64::from(b.samples));
+            (zip(image_a, image_b, |p, q| ((na * f64::from(p) + nb * f64::from(q)) / (na + nb)) as f32), *report)
+        }
+        _ => solve_half(&combined, method, kind, alpha)?,
+    };
+    let halves = halves.map(|(images, _)| images);
+    let error = halves.as_ref().map(|[x, y]| zip(x, y, |p, q| 0.25 * (p - q) * (p - q)));
+    let estimated_relmse = error.as_ref().map(|e| relative(e, &image));
+    let primal = zip(&combined.primal, &combined.direct, |p, d| p + d);
+    Ok(Reconstructed { image, primal, halves, error, estimated_relmse, report })
+}
+
+/// Solves for one half (or both together) and adds what is directly visible.
+fn solve_half(
+    half: &HalfFilm,
+    method: &dyn Reconstruct,
+    kind: ReconstructionKind,
+    alpha: f32,
+) -> Result<(Image, SolveReport), ReconstructError> {
+    let extent = half.primal.extent();
+    let nothing = Image::new(extent, 3);
+    let (dx, dy) = match (&half.gradients, kind) {
+        (Some(g), _) => (&g.dx, &g.dy),
+        (Option::None, ReconstructionKind::None) => (&nothing, &nothing),
+        (Option::None, _) => return Err(ReconstructError::NoGradients { wanted: kind.name() }),
+    };
+    for (plane, image) in [("primal", &half.primal), ("dx", dx), ("dy", dy)] {
+        if let Some(index) = image.data().iter().position(|v| !v.is_finite()) {
+            return Err(ReconstructError::NotFinite { plane, index });
+        }
+    }
+    let (image, report) = method.solve(&Measurements { extent, primal: &half.primal, dx, dy }, alpha)?;
+    Ok((zip(&image, &half.direct, |p, d| p + d), report))
+}
+
+fn merge(a: SolveReport, b: SolveReport) -> SolveReport {
+    SolveReport { iterations: a.iterations + b.iterations, residual: a.residual.max(b.residual) }
+}
+
+fn zip(a: &Image, b: &Image, f: impl Fn(f32, f32) -> f32) -> Image {
+    let mut out = a.clone();
+    for (o, v) in out.data_mut().iter_mut().zip(b.data()) {
+        *o = f(*o, *v);
+    }
+    out
+}
+
+fn relative(error: &Image, image: &Image) -> f64 {
+    let pixels = error.extent().pixels();
+    let mut sum = 0.0;
+    for i in 0..pixels {
+        let grey = (0..3).map(|c| f64::from(image.plane(c)[i])).sum::<f64>() / 3.0;
+        sum += (0..3).map(|c| f64::from(error.plane(c)[i])).sum::<f64>() / (grey * grey + 1e-3);
+    }
+    sum / (3 * pixels) as f64
+}
+
+#[cfg(test)]
+mod tests;

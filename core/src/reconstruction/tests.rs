@@ -1,0 +1,200 @@
+//! Solves against oracles: conjugate gradients to the limit, closed forms, and what robust means.
+
+use super::*;
+use crate::film::{Features, Gradients, Statistics};
+
+fn noise(k: usize, seed: usize) -> f32 {
+    let mut z = (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (seed as u64).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z >> 40) as f32) / (1 << 24) as f32 - 0.5
+}
+
+fn random(extent: Extent, seed: usize, scale: f32) -> Image {
+    let data = (0..extent.pixels() * 3).map(|k| noise(k, seed) * scale).collect();
+    Image::from_planes(extent, 3, data).unwrap()
+}
+
+/// Forward differences of an image.
+fn differences(image: &Image) -> (Image, Image) {
+    let e = image.extent();
+    let (mut dx, mut dy) = (Image::new(e, 3), Image::new(e, 3));
+    for c in 0..3 {
+        for y in 0..e.height {
+            for x in 0..e.width {
+                if x + 1 < e.width {
+                    dx.set(x, y, c, image.at(x + 1, y, c) - image.at(x, y, c));
+                }
+                if y + 1 < e.height {
+                    dy.set(x, y, c, image.at(x, y + 1, c) - image.at(x, y, c));
+                }
+            }
+        }
+    }
+    (dx, dy)
+}
+
+/// A smooth picture with an edge.
+fn picture(e: Extent) -> Image {
+    let mut image = Image::new(e, 3);
+    for c in 0..3 {
+        for y in 0..e.height {
+            for x in 0..e.width {
+                let step = if x * 2 > e.width { 1.0 } else { 0.2 };
+                image.set(x, y, c, step + 0.3 * (y as f32 / e.height as f32) + 0.1 * c as f32);
+            }
+        }
+    }
+    image
+}
+
+fn worst(a: &Image, b: &Image) -> f32 {
+    a.data().iter().zip(b.data()).fold(0.0, |w, (a, b)| w.max((a - b).abs()))
+}
+
+#[test]
+fn l2_solves_its_normal_equations() {
+    for (w, h) in [(1, 1), (1, 9), (7, 1), (16, 12), (13, 17)] {
+        let extent = Extent { width: w, height: h };
+        let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
+        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+        let (image, _) = l2::L2.solve(&m, 0.3).unwrap();
+        let (gx, gy) = differences(&image);
+        for c in 0..3 {
+            for y in 0..h {
+                for x in 0..w {
+                    // α²(I − P) + ∇ᵀ(∇I − G) = 0 at every pixel.
+                    let mut sum = 0.09 * f64::from(image.at(x, y, c) - p.at(x, y, c));
+                    let rx = |x: u32, y: u32| if x + 1 < w { f64::from(gx.at(x, y, c) - dx.at(x, y, c)) } else { 0.0 };
+                    let ry = |x: u32, y: u32| if y + 1 < h { f64::from(gy.at(x, y, c) - dy.at(x, y, c)) } else { 0.0 };
+                    sum -= rx(x, y) + ry(x, y);
+                    sum += if x > 0 { rx(x - 1, y) } else { 0.0 } + if y > 0 { ry(x, y - 1) } else { 0.0 };
+                    assert!(sum.abs() < 2e-6, "{w}×{h} at ({x}, {y}): {sum}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn l2_keeps_the_mean_and_consistent_images() {
+    let extent = Extent { width: 21, height: 14 };
+    let image = picture(extent);
+    let (dx, dy) = differences(&image);
+    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy };
+    assert!(worst(&l2::L2.solve(&m, 0.2).unwrap().0, &image) < 1e-5);
+    let noisy = random(extent, 5, 1.0);
+    let (gx, gy) = (random(extent, 6, 1.0), random(extent, 7, 1.0));
+    let m = Measurements { extent, primal: &noisy, dx: &gx, dy: &gy };
+    let (solved, _) = l2::L2.solve(&m, 0.2).unwrap();
+    for c in 0..3 {
+        let sum = |i: &Image| i.plane(c).iter().map(|v| f64::from(*v)).sum::<f64>();
+        assert!((sum(&solved) - sum(&noisy)).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn l1_ignores_an_outlier_that_l2_spreads() {
+    let extent = Extent { width: 24, height: 24 };
+    let image = picture(extent);
+    let (mut dx, dy) = differences(&image);
+    dx.set(5, 12, 0, 40.0);
+    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy };
+    let (l2, _) = l2::L2.solve(&m, 0.2).unwrap();
+    let (l1, report) = l1::L1.solve(&m, 0.2).unwrap();
+    assert!(worst(&l2, &image) > 1.0);
+    assert!(worst(&l1, &image) < 0.02, "{}", worst(&l1, &image));
+    assert!(report.residual <= 1e-3);
+    assert!(l1::objective(&m, &l1, 0.2) < l1::objective(&m, &l2, 0.2));
+}
+
+#[test]
+fn l1_is_near_its_minimum() {
+    let extent = Extent { width: 12, height: 10 };
+    let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    let (image, _) = l1::L1.solve(&m, 0.4).unwrap();
+    let best = l1::objective(&m, &image, 0.4);
+    // The objective is convex: no small step in any direction may lower it by more than rounding and the last ε allow.
+    for seed in 0..50 {
+        for step in [0.1, 0.01] {
+            let mut moved = image.clone();
+            for (k, v) in moved.data_mut().iter_mut().enumerate() {
+                *v += step * noise(k, 100 + seed);
+            }
+            assert!(l1::objective(&m, &moved, 0.4) > best * (1.0 - 1e-3));
+        }
+    }
+}
+
+#[test]
+fn multigrid_converges_fast_where_weights_jump() {
+    let (w, h) = (96, 64);
+    let n = w * h;
+    let jump = |k: usize| if noise(k, 9) > 0.0 { 1.0 } else { 1e-3 };
+    let mut stencil =
+        solver::Stencil { width: w, height: h, screen: vec![0.01; n], wx: (0..n).map(jump).collect(), wy: (n..2 * n).map(jump).collect() };
+    for y in 0..h {
+        stencil.wx[y * w + w - 1] = 0.0;
+    }
+    stencil.wy[n - w..].fill(0.0);
+    let b: Vec<f32> = (0..n).map(|k| noise(k, 3)).collect();
+    let mut x = vec![0.0; n];
+    let (iterations, residual) = solver::conjugate_gradients(&stencil, &mut multigrid::Hierarchy::new(&stencil), &b, &mut x, 1e-5, 200);
+    assert!(residual <= 1e-5 && iterations < 60, "{iterations} iterations to {residual:e}");
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let extent = Extent { width: 61, height: 47 };
+    let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    for kind in ReconstructionKind::ALL {
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| method(kind).solve(&m, 0.2).unwrap())
+        };
+        assert_eq!(run(1), run(2));
+        assert_eq!(run(1), run(5));
+    }
+}
+
+fn film(samples: [u32; 2], gradients: bool) -> Film {
+    let extent = Extent { width: 9, height: 8 };
+    let half = |seed: usize, samples: u32| HalfFilm {
+        samples,
+        primal: random(extent, seed, 1.0),
+        primal_variance: Image::new(extent, 3),
+        direct: random(extent, seed + 1, 1.0),
+        gradients: gradients.then(|| Gradients {
+            dx: random(extent, seed + 2, 1.0),
+            dy: random(extent, seed + 3, 1.0),
+            dx_variance: Image::new(extent, 1),
+            dy_variance: Image::new(extent, 1),
+        }),
+    };
+    let features = Features { albedo: Image::new(extent, 3), normal: Image::new(extent, 3), depth: Image::new(extent, 1) };
+    Film { extent, halves: [half(10, samples[0]), half(20, samples[1])], features, statistics: Statistics::default() }
+}
+
+#[test]
+fn halves_give_the_error_and_linear_methods_their_mean() {
+    let film = film([3, 2], true);
+    let done = reconstruct(&film, ReconstructionKind::L2, 0.2).unwrap();
+    let (direct, _) = solve_half(&film.combined(), &l2::L2, ReconstructionKind::L2, 0.2).unwrap();
+    assert!(worst(&done.image, &direct) < 1e-6);
+    let [a, b] = done.halves.unwrap();
+    let e = done.error.unwrap();
+    assert_eq!(e.at(2, 3, 1), 0.25 * (a.at(2, 3, 1) - b.at(2, 3, 1)).powi(2));
+    assert!(done.estimated_relmse.unwrap() > 0.0);
+}
+
+#[test]
+fn missing_parts_are_named() {
+    let wanted = |r: Result<Reconstructed, ReconstructError>| r.unwrap_err().to_string();
+    assert!(wanted(reconstruct(&film([2, 2], false), ReconstructionKind::L1, 0.2)).contains("needs gradients"));
+    assert!(wanted(reconstruct(&film([2, 2], true), ReconstructionKind::L2, 0.0)).contains("alpha"));
+    let one = reconstruct(&film([1, 0], true), ReconstructionKind::L2, 0.2).unwrap();
+    assert!(one.estimated_relmse.is_none() && one.halves.is_none());
+    assert!(reconstruct(&film([2, 2], false), ReconstructionKind::None, 0.2).is_ok());
+}
