@@ -52,7 +52,7 @@ impl Integrator for PathIntegrator {
                 out.rays += u32::from(!joint.evaluation.value.is_black());
                 out.joints.push(joint);
             }
-            let Some(scatter) = vertex.sample(scene, stream.number(Dimension::lobe(k)), stream.pair(Dimension::direction(k))) else {
+            let Some(scatter) = vertex.sample(scene, || stream.number(Dimension::lobe(k)), stream.pair(Dimension::direction(k))) else {
                 break;
             };
             let mut step = Step {
@@ -98,7 +98,7 @@ impl PathIntegrator {
     #[inline]
     fn next_event(&self, scene: &Scene, vertex: &Vertex, k: usize, stream: &SampleStream) -> Option<Joint> {
         let sample =
-            scene.lights.sample(vertex.position, stream.number(Dimension::light_choice(k)), stream.pair(Dimension::light_point(k)))?;
+            scene.lights.sample(vertex.position, || stream.number(Dimension::light_choice(k)), stream.pair(Dimension::light_point(k)))?;
         let point = sample.point;
         let wi = if point.infinite { point.position } else { (point.position - vertex.position).normalize() };
         let evaluation = vertex.evaluate(scene, wi);

@@ -69,10 +69,11 @@ impl Lights {
         self.lights.is_empty()
     }
 
-    /// Chooses a light and a point of it as seen from `from`.
+    /// Chooses a light, by a number that is drawn only where there are several, and a point of it as seen from `from`.
     #[inline]
-    pub fn sample(&self, from: Vec3, choice: f32, u: [f32; 2]) -> Option<LightSample> {
-        let (index, probability, _) = self.choice.as_ref()?.sample(choice);
+    pub fn sample(&self, from: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<LightSample> {
+        let lights = self.choice.as_ref()?;
+        let (index, probability, _) = if self.lights.len() == 1 { (0, 1.0, 0.0) } else { lights.sample(choice()) };
         let (point, density) = match &self.lights[index] {
             Light::Area(light) => light.sample(index as u32, from, u)?,
             Light::Environment(light) => light.sample(index as u32, u),

@@ -72,13 +72,13 @@ impl Material {
         }
     }
 
-    /// Samples a direction; `choice` picks among lobes. `None` where nothing scatters.
+    /// Samples a direction; `choice` picks among lobes, and is drawn only where there are several. `None` where nothing scatters.
     #[inline]
-    pub fn sample(&self, wo: Vec3, choice: f32, u: [f32; 2]) -> Option<Scatter> {
+    pub fn sample(&self, wo: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<Scatter> {
         match self {
             Material::Diffuse(m) => m.sample(wo, u),
             Material::Conductor(m) => m.sample(wo, u),
-            Material::Dielectric(m) => m.sample(wo, choice, u),
+            Material::Dielectric(m) => m.sample(wo, choice(), u),
         }
     }
 

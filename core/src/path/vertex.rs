@@ -77,7 +77,7 @@ impl Vertex {
 
     /// Samples a direction; the one returned is in world space.
     #[inline]
-    pub fn sample(&self, scene: &Scene, choice: f32, u: [f32; 2]) -> Option<Scatter> {
+    pub fn sample(&self, scene: &Scene, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<Scatter> {
         if !self.faces {
             return None;
         }

@@ -3,6 +3,7 @@
 
 use super::collapse::{Leaf, Node, Tree};
 use crate::math::{Ray, Vec4};
+use arrayvec::ArrayVec;
 
 /// A ray prepared for box tests.
 #[derive(Clone, Copy, Debug)]
@@ -40,42 +41,56 @@ impl Probe {
 
 /// 1 + 2γ₃: covers the rounding of the three operations of a slab test.
 const WIDEN: f32 = 1.0 + 8.0 * f32::EPSILON;
-const DEPTH: usize = 192;
+/// Entries that a walk can defer before it recurses: enough for any tree that is not degenerate, and cheap to set aside.
+const STACK: usize = 48;
+
+/// A deferred child: first entry or node, number of entries (0 for a node), distance of its box.
+type Deferred = (u32, u8, f32);
 
 /// Visits leaves that the ray may meet within its shrinking reach. `leaf` returns the new reach.
 #[inline]
-pub(crate) fn closest(tree: &Tree, probe: &Probe, mut reach: f32, mut leaf: impl FnMut(Leaf, f32) -> f32) {
-    if tree.nodes.is_empty() {
-        return;
+pub(crate) fn closest(tree: &Tree, probe: &Probe, reach: f32, mut leaf: impl FnMut(Leaf, f32) -> f32) {
+    if !tree.nodes.is_empty() {
+        closest_below(tree, probe, 0, reach, &mut leaf);
     }
-    let mut stack = [(0u32, 0u8, 0.0f32); DEPTH];
-    let mut top = 1;
-    while top > 0 {
-        top -= 1;
-        let (first, count, entry) = stack[top];
-        if entry > reach {
-            continue;
-        }
-        if count > 0 {
-            reach = leaf(Leaf { first, count: u32::from(count) }, reach);
-            continue;
-        }
-        let node = &tree.nodes[first as usize];
+}
+
+fn closest_below<F: FnMut(Leaf, f32) -> f32>(tree: &Tree, probe: &Probe, start: u32, mut reach: f32, leaf: &mut F) -> f32 {
+    let mut stack = ArrayVec::<Deferred, STACK>::new();
+    let mut node = &tree.nodes[start as usize];
+    loop {
         let (mut mask, near) = probe.test(node, reach);
-        let near = near.to_array();
-        let base = top;
+        let base = stack.len();
         while mask != 0 {
             let k = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            let entry = near[k];
+            let child = (node.first[k], node.count[k], near[k]);
+            if stack.is_full() {
+                reach = if child.1 > 0 {
+                    leaf(Leaf { first: child.0, count: u32::from(child.1) }, reach)
+                } else {
+                    closest_below(tree, probe, child.0, reach, leaf)
+                };
+                continue;
+            }
             // Insertion keeps the nearest child on top; equal distances keep their order, so the walk is deterministic.
-            let mut slot = top;
-            while slot > base && stack[slot - 1].2 < entry {
-                stack[slot] = stack[slot - 1];
+            stack.push(child);
+            let mut slot = stack.len() - 1;
+            while slot > base && stack[slot - 1].2 < child.2 {
+                stack.swap(slot, slot - 1);
                 slot -= 1;
             }
-            stack[slot] = (node.first[k], node.count[k], entry);
-            top += 1;
+        }
+        loop {
+            let Some((first, count, entry)) = stack.pop() else { return reach };
+            if entry > reach {
+                continue;
+            }
+            if count == 0 {
+                node = &tree.nodes[first as usize];
+                break;
+            }
+            reach = leaf(Leaf { first, count: u32::from(count) }, reach);
         }
     }
 }
@@ -83,22 +98,27 @@ pub(crate) fn closest(tree: &Tree, probe: &Probe, mut reach: f32, mut leaf: impl
 /// Whether `leaf` is true of any leaf that the ray may meet within `reach`.
 #[inline]
 pub(crate) fn any(tree: &Tree, probe: &Probe, reach: f32, mut leaf: impl FnMut(Leaf) -> bool) -> bool {
-    if tree.nodes.is_empty() {
-        return false;
-    }
-    let mut stack = [0u32; DEPTH];
-    let mut top = 1;
-    while top > 0 {
-        top -= 1;
-        let node = &tree.nodes[stack[top] as usize];
+    !tree.nodes.is_empty() && any_below(tree, probe, 0, reach, &mut leaf)
+}
+
+fn any_below<F: FnMut(Leaf) -> bool>(tree: &Tree, probe: &Probe, start: u32, reach: f32, leaf: &mut F) -> bool {
+    let mut stack = ArrayVec::<u32, STACK>::new();
+    stack.push(start);
+    while let Some(index) = stack.pop() {
+        let node = &tree.nodes[index as usize];
         let (mut mask, _) = probe.test(node, reach);
         while mask != 0 {
             let k = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            if node.count[k] == 0 {
-                stack[top] = node.first[k];
-                top += 1;
-            } else if leaf(Leaf { first: node.first[k], count: u32::from(node.count[k]) }) {
+            let found = if node.count[k] > 0 {
+                leaf(Leaf { first: node.first[k], count: u32::from(node.count[k]) })
+            } else if stack.is_full() {
+                any_below(tree, probe, node.first[k], reach, leaf)
+            } else {
+                stack.push(node.first[k]);
+                false
+            };
+            if found {
                 return true;
             }
         }
