@@ -58,8 +58,8 @@ fn a_rectangle_is_one_parallelogram_however_it_is_turned() {
         assert_eq!(scene.lights.radiance(&light, before).to_rgb(), [2.0; 3]);
         assert!(scene.lights.radiance(&light, -before).is_black());
         // The light's own idea of its front agrees with that of the surface.
-        assert!(scene.lights.sample(before, 0.5, [0.3, 0.6]).is_some());
-        assert!(scene.lights.sample(-before, 0.5, [0.3, 0.6]).is_none());
+        assert!(scene.lights.sample(before, || 0.5, [0.3, 0.6]).is_some());
+        assert!(scene.lights.sample(-before, || 0.5, [0.3, 0.6]).is_none());
     }
 }
 
