@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use futures::StreamExt;
+use gradfarm_core::plan;
 use gradfarm_core::scene::Loaded;
 
 use super::error::Error;
@@ -61,6 +62,8 @@ impl Render {
         let outputs = Target::check_image(&self.output)?;
         let mut clock = Clock::start();
         let loaded = scene::read(&self.scene)?;
+        // The coordinator plans again; this only tells at once what it would refuse.
+        plan::resolve(&loaded.description, &self.options.request())?;
         clock.loaded();
         let report = super::runtime()?.block_on(self.render(&loaded, &outputs, clock))?;
         if self.json { terminal::json(&report.json()) } else { report.print() }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use gradfarm_core::plan;
 use gradfarm_core::scene::Loaded;
 use gradfarm_proto::Digest;
 use reqwest::{Method, StatusCode};
@@ -62,6 +63,8 @@ impl Submit {
         let output = self.output.as_deref().map(Target::check_image).transpose()?;
         let client = self.server.client()?;
         let loaded = scene::read(&self.scene)?;
+        // The coordinator plans again; this only tells what it would refuse before anything is uploaded.
+        plan::resolve(&loaded.description, &self.options.request())?;
         let request = JobRequest {
             assets: upload(&client, &loaded).await?,
             scene: RawValue::from_string(loaded.description.to_json()).map_err(|fault| Error::Failed(fault.to_string()))?,

@@ -1,0 +1,124 @@
+//! The program as a person meets it: arguments, exit codes, what it prints and what it writes.
+
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod common;
+
+use common::{assert_code, folder, last_json, run, stderr, stdout};
+
+#[test]
+fn nonsense_is_bad_input() {
+    for (arguments, said) in [
+        (vec!["frobnicate"], "unrecognized subcommand"),
+        (vec!["render"], "required arguments"),
+        (vec!["render", "a.json", "-o", "a.exr", "--technique", "magic"], "possible values: auto, pt, gpt"),
+        (vec!["render", "a.json", "-o", "a.exr", "--size", "12"], "such as 640x480"),
+        (vec!["render", "a.json", "-o", "a.exr", "--workers", "0"], "1.."),
+        (vec!["render", "a.json", "-o", "a.png"], "should end in .exr"),
+        (vec!["serve", "--listen", "0.0.0.0:7700"], "neither encryption nor authentication"),
+        (vec!["status", "--server", "ftp://127.0.0.1"], "http://"),
+    ] {
+        let output = run(&arguments);
+        assert_code(&output, 2);
+        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn help_tells_the_exit_codes() {
+    let output = run(&["--help"]);
+    assert_code(&output, 0);
+    for said in ["render", "Exit codes", "130"] {
+        assert!(stdout(&output).contains(said), "{said}");
+    }
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_found_before_anything_else() {
+    let (folder, _) = folder();
+    let nowhere = folder.path().join("nowhere/a.exr");
+    // The scene does not exist either: the output must be complained about first, so it was looked at first.
+    let output = run(&["render", "no-such-scene.json", "-o", nowhere.to_str().unwrap()]);
+    assert_code(&output, 2);
+    assert!(stderr(&output).contains("nowhere does not exist"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_wrong_scene_is_bad_input_and_named() {
+    let (folder, scene) = folder();
+    std::fs::write(&scene, common::SCENE.replace("\"fov\": 40", "\"fov\": 200")).unwrap();
+    let image = folder.path().join("a.exr");
+    for arguments in [vec!["plan", scene.to_str().unwrap()], vec!["render", scene.to_str().unwrap(), "-o", image.to_str().unwrap()]] {
+        let output = run(&arguments);
+        assert_code(&output, 2);
+        for said in ["scene.json", "camera.perspective.fov", "found 200", "(0, 180)"] {
+            assert!(stderr(&output).contains(said), "{said}: {}", stderr(&output));
+        }
+    }
+    assert!(!image.exists());
+    let output = run(&["plan", folder.path().join("absent.json").to_str().unwrap()]);
+    assert_code(&output, 2);
+}
+
+#[test]
+fn what_cannot_be_planned_is_bad_input() {
+    let (folder, scene) = folder();
+    let image = folder.path().join("a.exr");
+    let (scene, image) = (scene.to_str().unwrap(), image.to_str().unwrap());
+    for arguments in [vec!["plan", scene], vec!["render", scene, "-o", image]] {
+        let output = run(&[&arguments[..], &["--technique", "pt", "--reconstruction", "l2"]].concat());
+        assert_code(&output, 2);
+        assert!(stderr(&output).contains("gradients"), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn the_schema_is_json_and_knows_the_scene() {
+    let output = run(&["schema"]);
+    assert_code(&output, 0);
+    let schema: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+    for part in ["version", "camera", "film", "materials", "shapes"] {
+        assert!(schema["properties"].get(part).is_some(), "{part}");
+    }
+}
+
+#[test]
+fn the_plan_says_what_and_why() {
+    let (_folder, scene) = folder();
+    let scene = scene.to_str().unwrap();
+    let output = run(&["plan", scene, "--technique", "gpt", "--samples", "5", "--seed", "7", "--json"]);
+    assert_code(&output, 0);
+    let plan = last_json(&output);
+    assert_eq!((&plan["technique"], &plan["samples"], &plan["seed"]), (&"gpt".into(), &5.into(), &7.into()));
+    assert_eq!((&plan["width"], &plan["height"], &plan["max_depth"]), (&24.into(), &16.into(), &4.into()));
+    let reasons = plan["reasons"].as_array().unwrap();
+    assert!(!reasons.is_empty());
+    let told = run(&["plan", scene, "--technique", "gpt", "--samples", "5", "--seed", "7"]);
+    assert_code(&told, 0);
+    for reason in reasons {
+        assert!(stdout(&told).contains(reason.as_str().unwrap()), "{reason}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    use std::process::Stdio;
+    let mut child = common::gradfarm().arg("schema").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_code(&output, 0);
+    assert!(output.stderr.is_empty(), "{}", stderr(&output));
+}
+
+#[test]
+fn nobody_at_the_other_end_has_its_own_code() {
+    // A port that was free a moment ago.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let server = format!("http://127.0.0.1:{port}");
+    for arguments in [vec!["status"], vec!["cancel", "01920d4e-7f3b-7cc1-9f52-0a3e5f3c2b11"]] {
+        let output = run(&[&arguments[..], &["--server", &server]].concat());
+        assert_code(&output, 4);
+        assert!(stderr(&output).contains(&server) && stderr(&output).contains("gradfarm serve"), "{}", stderr(&output));
+    }
+}
