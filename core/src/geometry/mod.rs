@@ -4,6 +4,8 @@ mod bvh;
 mod mesh;
 mod sphere;
 mod surface;
+#[cfg(test)]
+mod tests;
 mod triangle;
 mod world;
 
