@@ -92,6 +92,9 @@ fn the_plan_says_what_and_why() {
     let plan = last_json(&output);
     assert_eq!((&plan["technique"], &plan["samples"], &plan["seed"]), (&"gpt".into(), &5.into(), &7.into()));
     assert_eq!((&plan["width"], &plan["height"], &plan["max_depth"]), (&24.into(), &16.into(), &4.into()));
+    for effect in ["area_lights", "environment_light"] {
+        assert!(plan["effects"][effect].as_array().is_some_and(|because| !because.is_empty()), "{effect}: {plan}");
+    }
     let reasons = plan["reasons"].as_array().unwrap();
     assert!(!reasons.is_empty());
     let told = run(&["plan", scene, "--technique", "gpt", "--samples", "5", "--seed", "7"]);

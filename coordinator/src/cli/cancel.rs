@@ -31,7 +31,7 @@ impl Cancel {
         let response = client.send(client.request(Method::POST, &format!("/jobs/{}/cancel", self.job))).await?;
         let job: Job = client.read(response).await?;
         if self.json {
-            return terminal::json(&serde_json::to_value(&job).unwrap_or_default());
+            return terminal::json(&job);
         }
         terminal::line(format_args!("{} is {}", job.summary.id, job.summary.state))
     }

@@ -17,7 +17,7 @@ Measures:
   relMSE      mean over pixels and channels of (A − B)² / (grey(B)² + 0.001), nothing clamped
   RMSE        square root of the mean squared difference
   mean error  mean of A − B: how much brighter A is as a whole
-  FLIP        mean perceived difference from 0 to 1, of the images shown beside each other in turn
+  FLIP        mean perceived difference, 0 to 1, as seen when one flips between the two images
 
 Examples:
   gradfarm compare cornell.exr reference.exr

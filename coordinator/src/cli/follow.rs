@@ -63,7 +63,7 @@ async fn listen(client: &Client, job: &str, progress: Option<&Progress>) -> Resu
     while let Some(event) = events.next().await {
         match progress {
             Some(progress) => show(progress, &event),
-            None => terminal::line(serde_json::to_string(&event).unwrap_or_default())?,
+            None => terminal::json(&event)?,
         }
         if let Event::State { state, error } = event
             && is_final(&state)

@@ -1,14 +1,17 @@
 //! `gradfarm plan`: what would be done with a scene, and why, without doing it.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use gradfarm_core::effects::{self, Effects};
 use gradfarm_core::plan::{self, Plan as CorePlan};
 use gradfarm_core::scene::SceneDescription;
-use serde_json::json;
+use serde::Serialize;
 
 use super::error::Error;
 use super::options::RenderOptions;
 use super::terminal;
+use crate::api::json::PlanView;
 
 /// Arguments of `gradfarm plan`.
 #[derive(Debug, clap::Args)]
@@ -31,7 +34,11 @@ impl Plan {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = super::scene::read(&self.scene)?;
         let plan = plan::resolve(&scene.description, &self.options.request())?;
-        if self.json { terminal::json(&as_json(&plan)) } else { self.print(&plan, &scene.description) }
+        if self.json {
+            terminal::json(&answer(&plan, &effects::analyse(&scene.description)))
+        } else {
+            self.print(&plan, &scene.description)
+        }
     }
 
     fn print(&self, plan: &CorePlan, scene: &SceneDescription) -> Result<(), Error> {
@@ -47,7 +54,11 @@ impl Plan {
         terminal::line(format_args!("samples         {} per pixel, in runs of {}", plan.samples, plan.batch))?;
         terminal::line(format_args!("paths           up to {} edges, roulette after {}", plan.max_depth, plan.roulette_depth))?;
         terminal::line(format_args!("seed            {}", plan.seed))?;
-        terminal::line("because")?;
+        terminal::line("the scene calls for")?;
+        for (effect, because) in effects::analyse(scene).iter() {
+            terminal::line(format_args!("  - {effect} ({})", because.join(", ")))?;
+        }
+        terminal::line("therefore")?;
         for reason in &plan.reasons {
             terminal::line(format_args!("  - {reason}"))?;
         }
@@ -55,19 +66,15 @@ impl Plan {
     }
 }
 
-fn as_json(plan: &CorePlan) -> serde_json::Value {
-    json!({
-        "width": plan.extent.width,
-        "height": plan.extent.height,
-        "technique": plan.technique.name(),
-        "reconstruction": plan.reconstruction.name(),
-        "alpha": plan.alpha,
-        "samples": plan.samples,
-        "batch": plan.batch,
-        "seed": plan.seed,
-        "max_depth": plan.max_depth,
-        "roulette_depth": plan.roulette_depth,
-        "shift_threshold": plan.shift_threshold,
-        "reasons": plan.reasons,
-    })
+/// What programs read.
+#[derive(Serialize)]
+struct Answer<'a> {
+    #[serde(flatten)]
+    plan: PlanView,
+    /// What calls for each effect.
+    effects: BTreeMap<&'static str, &'a [String]>,
+}
+
+fn answer<'a>(plan: &CorePlan, effects: &'a Effects) -> Answer<'a> {
+    Answer { plan: plan.into(), effects: effects.iter().map(|(effect, because)| (effect.name(), because)).collect() }
 }

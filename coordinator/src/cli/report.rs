@@ -1,14 +1,15 @@
 //! Where the time of a render went.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::error::Error;
 use super::progress::rate;
 use super::terminal;
-use crate::api::json::Job;
+use crate::api::json::{Job, PlanView};
 use crate::service::JobView;
 
 /// The spans that this process measures itself.
@@ -48,7 +49,7 @@ pub(super) struct Report {
 }
 
 /// Spans of wall-clock time, one after the other [s]; what they leave of `total` is start-up and waiting.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 struct Phases {
     /// Reading the scene here, and fetching it in the workers (mean over workers).
     load: f64,
@@ -64,6 +65,25 @@ struct Phases {
     write: f64,
     /// From start to end.
     total: f64,
+}
+
+/// What programs read of it.
+#[derive(Debug, Serialize)]
+pub(super) struct ReportJson<'a> {
+    /// Camera samples of the primal over the wall-clock time spent tracing.
+    samples_per_second: f64,
+    seconds: Phases,
+    /// Time spent tracing, summed over threads [s].
+    render_thread_seconds: f64,
+    #[serde(flatten)]
+    plan: &'a PlanView,
+    estimated_relmse: Option<f64>,
+    statistics: &'a BTreeMap<String, u64>,
+    workers: usize,
+    threads: usize,
+    output: String,
+    preview: String,
+    version: &'static str,
 }
 
 impl Report {
@@ -102,32 +122,20 @@ impl Report {
     }
 
     /// For programs.
-    pub(super) fn json(&self) -> Value {
-        let Phases { load, build, render, stitch, reconstruct, write, total } = self.seconds;
-        let plan = &self.job.plan;
-        json!({
-            "samples_per_second": self.samples_per_second(),
-            "seconds": {
-                "load": load, "build": build, "render": render, "stitch": stitch,
-                "reconstruct": reconstruct, "write": write, "total": total,
-            },
-            "render_thread_seconds": self.job.seconds.render,
-            "samples": plan.samples,
-            "width": plan.width,
-            "height": plan.height,
-            "technique": plan.technique,
-            "reconstruction": plan.reconstruction,
-            "alpha": plan.alpha,
-            "seed": plan.seed,
-            "max_depth": plan.max_depth,
-            "estimated_relmse": self.estimated_relmse(),
-            "statistics": self.job.statistics,
-            "workers": self.workers,
-            "threads": self.threads,
-            "output": self.exr.display().to_string(),
-            "preview": self.png.display().to_string(),
-            "version": env!("CARGO_PKG_VERSION"),
-        })
+    pub(super) fn json(&self) -> ReportJson<'_> {
+        ReportJson {
+            samples_per_second: self.samples_per_second(),
+            seconds: self.seconds,
+            render_thread_seconds: self.job.seconds.render,
+            plan: &self.job.plan,
+            estimated_relmse: self.estimated_relmse(),
+            statistics: &self.job.statistics,
+            workers: self.workers,
+            threads: self.threads,
+            output: self.exr.display().to_string(),
+            preview: self.png.display().to_string(),
+            version: env!("CARGO_PKG_VERSION"),
+        }
     }
 
     /// For people.

@@ -36,7 +36,7 @@ impl Status {
             None => format!("/jobs?limit={}", self.limit),
         };
         match (self.json, self.job.is_some()) {
-            (true, _) => terminal::json(&client.get(&path).await?),
+            (true, _) => terminal::json(&client.get::<serde_json::Value>(&path).await?),
             (false, true) => print(&client.get(&path).await?),
             (false, false) => list(&client, &path).await,
         }

@@ -80,7 +80,7 @@ impl Submit {
         let job: Job = client.read(response).await?;
         let id = job.summary.id.clone();
         if self.json {
-            terminal::json(&serde_json::to_value(&job).unwrap_or_default())?;
+            terminal::json(&job)?;
         } else {
             terminal::line(&id)?;
         }

@@ -4,6 +4,8 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::PathBuf;
 
+use serde::Serialize;
+
 use super::error::Error;
 
 /// Writes one line to standard output and flushes it, so that a reader behind a pipe sees it at once.
@@ -15,12 +17,12 @@ pub(super) fn line(text: impl Display) -> Result<(), Error> {
     writeln!(out, "{text}").and_then(|()| out.flush()).map_err(|source| Error::Write { path: PathBuf::from("standard output"), source })
 }
 
-/// Writes one JSON value as one line to standard output.
+/// Writes something as one line of JSON to standard output.
 ///
 /// # Errors
 /// [`Error::Write`] if nobody reads.
-pub(super) fn json(value: &serde_json::Value) -> Result<(), Error> {
-    line(value)
+pub(super) fn json(value: &impl Serialize) -> Result<(), Error> {
+    line(serde_json::to_string(value).map_err(|fault| Error::Failed(format!("cannot be told as JSON: {fault}")))?)
 }
 
 /// Tells a person something on standard error. If even that fails there is nobody to tell.
