@@ -12,7 +12,7 @@ pub struct ServeConfig {
     #[arg(long, value_name = "ADDRESS", env = "GRADFARM_LISTEN", default_value = "127.0.0.1:7700", value_parser = loopback)]
     pub listen: SocketAddr,
     /// Where to listen for workers: gRPC, loopback only; port 0 picks a free one
-    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_GRPC", default_value = "127.0.0.1:7701", value_parser = loopback)]
+    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_GRPC", default_value = "127.0.0.1:7781", value_parser = loopback)]
     pub grpc: SocketAddr,
     /// Folder for jobs, assets and images; made if it is not there
     #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data")]

@@ -125,3 +125,20 @@ fn nobody_at_the_other_end_has_its_own_code() {
         assert!(stderr(&output).contains(&server) && stderr(&output).contains("gradfarm serve"), "{}", stderr(&output));
     }
 }
+
+#[test]
+fn the_example_settings_exist() {
+    let example = include_str!("../../deploy/coordinator.env");
+    let help = run(&["serve", "--help"]);
+    assert_code(&help, 0);
+    let help = stdout(&help).split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut keys = 0;
+    for line in example.lines() {
+        // Keys that are commented out are keys all the same.
+        if let Some((key, _)) = line.trim_start_matches('#').split_once('=').filter(|(key, _)| key.starts_with("GRADFARM_")) {
+            assert!(help.contains(key), "{key} is no setting of `gradfarm serve`");
+            keys += 1;
+        }
+    }
+    assert_eq!(keys, help.matches("[env: GRADFARM_").count() + 1, "a setting is missing in deploy/coordinator.env");
+}

@@ -23,7 +23,7 @@ much it tells, for example GRADFARM_LOG=debug.
 
 Examples:
   gradfarm serve
-  gradfarm-worker --coordinator http://127.0.0.1:7701        # as often as you like
+  gradfarm-worker --coordinator http://127.0.0.1:7781        # as often as you like
   gradfarm serve --listen 127.0.0.1:0 --grpc 127.0.0.1:0 --data /tmp/farm --workers 2")]
 pub(super) struct Serve {
     #[command(flatten)]
