@@ -25,6 +25,7 @@ pub mod reconstruction;
 pub mod shift;
 // storey 6: composition
 pub mod gradient;
+pub mod output;
 pub mod plan;
 pub mod render;
 
