@@ -145,7 +145,7 @@ fn read_channels(bytes: &[u8], wanted: &[String]) -> Result<Image, Error> {
     let list = &file.layer_data.channel_data.list;
     let mut image = Image::new(extent, wanted.len());
     for (k, name) in wanted.iter().enumerate() {
-        let channel = list.iter().find(|c| c.name == Text::from(name.as_str())).ok_or_else(|| Error::MissingChannel {
+        let channel = list.iter().find(|c| c.name.eq(name.as_str())).ok_or_else(|| Error::MissingChannel {
             wanted: name.clone(),
             found: list.iter().map(|c| c.name.to_string()).collect::<Vec<_>>().join(", "),
         })?;
