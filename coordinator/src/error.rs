@@ -54,10 +54,16 @@ pub enum Error {
     },
     /// The description is wrong, or refers to something that is not there.
     #[error("scene: {0}")]
-    Scene(String),
+    Scene(#[from] gradfarm_core::scene::Error),
     /// The request cannot be planned for this scene.
     #[error("plan: {0}")]
-    Plan(String),
+    Plan(#[from] gradfarm_core::plan::PlanError),
+    /// The job falls into too many units.
+    #[error(transparent)]
+    Units(#[from] crate::schedule::TooManyUnits),
+    /// Another process uses the state folder.
+    #[error("the state folder {0} is in use by another coordinator")]
+    InUse(String),
     /// The description refers to files that the submission does not list.
     #[error("the description refers to files that the submission lists no digest for: {}", names.join(", "))]
     Unlisted {
@@ -100,6 +106,12 @@ pub enum Error {
     /// The server for workers failed.
     #[error("worker service: {0}")]
     Transport(#[from] tonic::transport::Error),
+    /// The store failed, or does not fit what the service believes.
+    #[error(transparent)]
+    Store(#[from] crate::store::StoreError),
+    /// The blobs failed.
+    #[error(transparent)]
+    Blob(#[from] crate::store::BlobError),
     /// The service has stopped.
     #[error("the coordinator has stopped")]
     Stopped,

@@ -5,11 +5,13 @@
 //! workers. `cli` and `api` are for people: the command line and HTTP; `embedded` starts workers in this process.
 
 pub mod api;
+mod assemble;
 pub mod cli;
 pub mod clock;
 pub mod config;
 pub mod embedded;
 pub mod error;
+mod grpc;
 pub mod job;
 pub mod request;
 pub mod schedule;

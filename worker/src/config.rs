@@ -2,6 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::error::Error;
+
+/// Longest name [bytes].
+const NAME: usize = 200;
+/// Most rendering threads.
+const THREADS: usize = 1024;
+
 /// Configuration of a worker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Config {
@@ -9,9 +16,9 @@ pub struct Config {
     pub coordinator: String,
     /// For people; at most 200 bytes.
     pub name: String,
-    /// Rendering threads, ≥ 1; each renders one unit at a time.
+    /// Rendering threads, 1 to 1024; each renders one unit at a time.
     pub threads: usize,
-    /// Folder for assets by content, or `None` to keep them in memory only.
+    /// Folder for assets by content, or `None` to keep them only while a scene is being compiled.
     pub cache: Option<PathBuf>,
     /// Most bytes of assets kept in the folder.
     pub cache_bytes: u64,
@@ -23,5 +30,38 @@ impl Config {
     /// A worker with the given number of threads, no folder, and two scenes in memory.
     pub fn new(coordinator: impl Into<String>, name: impl Into<String>, threads: usize) -> Self {
         Self { coordinator: coordinator.into(), name: name.into(), threads, cache: None, cache_bytes: 32 << 30, scenes: 2 }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let invalid = |what, found: String, expected: String| Err(Error::Invalid { what, found, expected });
+        if self.name.len() > NAME {
+            return invalid("name", format!("{} bytes long", self.name.len()), format!("at most {NAME} bytes"));
+        }
+        if !(1..=THREADS).contains(&self.threads) {
+            return invalid("threads", self.threads.to_string(), format!("1 to {THREADS}"));
+        }
+        if self.scenes == 0 {
+            return invalid("scenes", "0".into(), "1 or more".into());
+        }
+        if !self.coordinator.starts_with("http://") {
+            let expected = "an address such as http://127.0.0.1:7781; TLS is not spoken yet".into();
+            return invalid("coordinator", format!("{:?}", self.coordinator), expected);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_outside_their_range_are_named() {
+        let usual = Config::new("http://127.0.0.1:1", "w", 2);
+        assert!(usual.check().is_ok());
+        let threads = Config { threads: 0, ..usual.clone() }.check().unwrap_err().to_string();
+        assert_eq!(threads, "threads is 0, expected 1 to 1024");
+        let scheme = Config { coordinator: "https://farm".into(), ..usual }.check().unwrap_err().to_string();
+        assert!(scheme.contains("TLS is not spoken yet"), "{scheme}");
     }
 }

@@ -1,19 +1,30 @@
 //! A worker of the farm: takes leases over one outbound stream, renders their units off the async threads, delivers the blocks.
+//!
+//! `lease_loop` is the heart: it knows every lease that the worker holds and what became of it. `link` keeps the stream to the
+//! coordinator, `execute` owns the rendering threads, `scene_cache` and `asset_cache` keep what units share, `deliver` brings results
+//! home. Async threads never render, rendering threads never wait for the network.
 
+mod asset_cache;
+mod backoff;
 mod config;
+mod deliver;
 mod error;
+mod execute;
+mod lease_loop;
+mod link;
+mod scene_cache;
 
 use std::future::Future;
 
 pub use config::Config;
 pub use error::Error;
 
-/// Works for a coordinator until `shutdown` is ready: then hands unfinished leases back and returns. Survives a coordinator that
-/// goes away and comes back.
+/// Works for a coordinator until `shutdown` is ready: then hands back what it did not begin, delivers what it did, and returns.
+/// Survives a coordinator that goes away and comes back: results are kept until it has acknowledged them.
 ///
 /// # Errors
 /// If the configuration cannot work, or the coordinator refuses the worker for good.
 pub async fn run(config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
-    drop(shutdown);
-    Err(Error::Coordinator { url: config.coordinator, reason: "unreachable".into() })
+    config.check()?;
+    lease_loop::run(config, shutdown).await
 }

@@ -148,14 +148,20 @@ impl From<Error> for Problem {
             Error::NotReady { .. } | Error::Over { .. } | Error::TokenReused { .. } => Self::conflict(detail),
             Error::Invalid { what, .. } => Self::field(what, detail),
             Error::Scene(_) => Self::unprocessable("scene", "The scene is wrong", detail),
-            Error::Plan(_) => Self::unprocessable("plan", "The scene cannot be rendered as asked", detail),
+            Error::Plan(_) | Error::Units(_) => Self::unprocessable("plan", "The scene cannot be rendered as asked", detail),
             Error::Unlisted { names } => Self::missing_assets(&names),
             Error::MissingAssets { digests } => {
                 let digests: Vec<String> = digests.iter().map(ToString::to_string).collect();
                 Self::unprocessable("missing-assets", "The scene is incomplete", detail).with("missing", digests)
             }
             Error::Stopped => Self::stopping(),
-            Error::NotLoopback(_) | Error::Listen { .. } | Error::Io { .. } | Error::Transport(_) => Self::internal(&error),
+            Error::NotLoopback(_)
+            | Error::Listen { .. }
+            | Error::Io { .. }
+            | Error::Transport(_)
+            | Error::InUse(_)
+            | Error::Store(_)
+            | Error::Blob(_) => Self::internal(&error),
         }
     }
 }

@@ -1,25 +1,44 @@
 //! The running coordinator: `Config` opens a `Service`, a `Handle` speaks to it, `run` serves workers until shut down.
+//!
+//! `dispatch` is the loop that owns jobs and workers, `command` what it can be asked, `admit` checks submissions, `look` makes views.
 
+mod admit;
+pub(crate) mod command;
+pub(crate) mod dispatch;
+mod handle;
+mod look;
+mod roster;
 mod submission;
 mod view;
 
+use std::fs::File;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
-use bytes::Bytes;
-use futures::stream::BoxStream;
-use gradfarm_proto::Digest;
 use tokio::net::TcpListener;
+use tokio::sync::{mpsc, watch};
 
+pub use handle::Handle;
 pub use submission::{Frames, Submission};
 pub use view::{Count, FrameView, JobEvent, JobSummary, JobView, TileView, WorkerView};
 
-pub use crate::job::Seconds;
-
+use crate::assemble::Workshop;
+use crate::clock::Clock;
 use crate::error::Error;
-use crate::job::{FileKind, JobId};
+use crate::grpc;
+use crate::job::JobId;
+pub use crate::job::Seconds;
+use crate::store::{Blobs, Sqlite, Store};
+use command::Command;
+use dispatch::Dispatcher;
+
+/// Commands that may wait for the loop before callers wait.
+const QUEUE: usize = 1024;
+/// How long open connections may take to end after the loop has.
+const GRACE: Duration = Duration::from_secs(5);
 
 /// What a service needs to know before it starts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,10 +71,14 @@ pub async fn listen(address: SocketAddr) -> Result<TcpListener, Error> {
     TcpListener::bind(address).await.map_err(|source| Error::Listen { address, source })
 }
 
-/// The coordinator before and while it runs.
-#[derive(Debug)]
+/// The coordinator before it runs.
 pub struct Service {
     handle: Handle,
+    commands: mpsc::Receiver<Command>,
+    dispatcher: Dispatcher,
+    pending: Vec<(JobId, u32)>,
+    /// Held as long as the service lives; the system releases it even after a crash.
+    _lock: File,
 }
 
 impl Service {
@@ -64,8 +87,23 @@ impl Service {
     /// # Errors
     /// If the folder cannot be used, or its contents cannot be read.
     pub async fn open(config: Config) -> Result<Self, Error> {
-        let _ = config;
-        Err(Error::Stopped)
+        let folder = config.state.display().to_string();
+        let io = |source| Error::Io { what: format!("state folder {folder}"), source };
+        std::fs::create_dir_all(&config.state).map_err(io)?;
+        let lock = File::create(config.state.join("lock")).map_err(io)?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(std::fs::TryLockError::WouldBlock) => return Err(Error::InUse(folder)),
+            Err(std::fs::TryLockError::Error(source)) => return Err(io(source)),
+        }
+        let blobs = Blobs::in_folder(&config.state.join("blobs"), config.durable)?;
+        let store: Arc<dyn Store> = Arc::new(Sqlite::open(&config.state.join("farm.db"), config.durable).await?);
+        let (sender, commands) = mpsc::channel(QUEUE);
+        let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new() };
+        let workshop = Workshop::new(handle.commands.downgrade(), store.clone(), blobs);
+        let assembler = Box::new(move |job: &crate::job::Job, frame| workshop.take(job, frame));
+        let (dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, assembler).await?;
+        Ok(Self { handle, commands, dispatcher, pending, _lock: lock })
     }
 
     /// A handle to speak to the service. Calls wait until it runs.
@@ -73,104 +111,38 @@ impl Service {
         self.handle.clone()
     }
 
-    /// Serves workers on `listener` and handles, until `shutdown` is ready.
+    /// Serves workers on `listener` and handles, until `shutdown` is ready. Frames that are being assembled are taken up again by
+    /// the next run.
     ///
     /// # Errors
-    /// If the state can no longer be written, or the listener fails.
+    /// If the state can no longer be written, or the listener fails or is not on loopback.
     pub async fn run(self, listener: TcpListener, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
-        drop((listener, shutdown));
-        Err(Error::Stopped)
-    }
-}
-
-/// Speaks to a running service; cheap to clone. Every method fails with [`Error::Stopped`] once the service has stopped.
-#[derive(Clone, Debug)]
-pub struct Handle {}
-
-impl Handle {
-    /// Stores a file by content. Putting it again changes nothing.
-    ///
-    /// # Errors
-    /// If it is larger than allowed or cannot be stored.
-    pub async fn put_asset(&self, bytes: Bytes) -> Result<Digest, Error> {
-        let _ = bytes;
-        Err(Error::Stopped)
-    }
-
-    /// Which of these are not stored yet.
-    ///
-    /// # Errors
-    /// If the store cannot be read.
-    pub async fn missing_assets(&self, digests: &[Digest]) -> Result<Vec<Digest>, Error> {
-        let _ = digests;
-        Err(Error::Stopped)
-    }
-
-    /// Checks, plans and accepts a job. Once this returns, the job survives a crash.
-    ///
-    /// # Errors
-    /// What is wrong with the submission; [`Error::MissingAssets`] lists what to put first.
-    pub async fn submit(&self, submission: Submission) -> Result<JobId, Error> {
-        let _ = submission;
-        Err(Error::Stopped)
-    }
-
-    /// All jobs, newest first.
-    ///
-    /// # Errors
-    /// Only [`Error::Stopped`].
-    pub async fn list(&self) -> Result<Vec<JobSummary>, Error> {
-        Err(Error::Stopped)
-    }
-
-    /// One job in full.
-    ///
-    /// # Errors
-    /// [`Error::NoJob`].
-    pub async fn get(&self, job: JobId) -> Result<JobView, Error> {
-        Err(Error::NoJob(job))
-    }
-
-    /// The tiles of a frame, row by row.
-    ///
-    /// # Errors
-    /// [`Error::NoJob`], [`Error::NoFrame`].
-    pub async fn tiles(&self, job: JobId, frame: u32) -> Result<Vec<TileView>, Error> {
-        let _ = frame;
-        Err(Error::NoJob(job))
-    }
-
-    /// Calls a job off. Cancelling a cancelled job changes nothing.
-    ///
-    /// # Errors
-    /// [`Error::NoJob`], and [`Error::Over`] if it is done or failed.
-    pub async fn cancel(&self, job: JobId) -> Result<(), Error> {
-        Err(Error::NoJob(job))
-    }
-
-    /// What happens to a job from now on, beginning with its state and progress; ends after a final state.
-    /// A reader that lags behind loses tiles' events, never the last state.
-    ///
-    /// # Errors
-    /// [`Error::NoJob`].
-    pub async fn subscribe(&self, job: JobId) -> Result<BoxStream<'static, JobEvent>, Error> {
-        Err(Error::NoJob(job))
-    }
-
-    /// A file of a finished frame.
-    ///
-    /// # Errors
-    /// [`Error::NoJob`], [`Error::NoFrame`], [`Error::NotReady`].
-    pub async fn frame_file(&self, job: JobId, frame: u32, kind: FileKind) -> Result<Bytes, Error> {
-        let _ = (frame, kind);
-        Err(Error::NoJob(job))
-    }
-
-    /// The workers that are connected.
-    ///
-    /// # Errors
-    /// Only [`Error::Stopped`].
-    pub async fn workers(&self) -> Result<Vec<WorkerView>, Error> {
-        Err(Error::Stopped)
+        let Self { handle, commands, dispatcher, pending, _lock } = self;
+        let address = listener.local_addr().map_err(|source| Error::Io { what: "listener".into(), source })?;
+        if !address.ip().is_loopback() {
+            return Err(Error::NotLoopback(address));
+        }
+        let (stop, stopping) = watch::channel(false);
+        let stopped = |mut stopping: watch::Receiver<bool>| async move {
+            // The sender outlives both loops; if it were gone, stopping would be right too.
+            let _sender_gone = stopping.wait_for(|stop| *stop).await;
+        };
+        let server = grpc::serve(listener, handle, stopped(stopping.clone()));
+        let turns = dispatcher.run(pending, commands, stopped(stopping));
+        tokio::pin!(server, turns, shutdown);
+        tracing::info!(%address, "serving workers");
+        tokio::select! {
+            () = &mut shutdown => {}
+            outcome = &mut server => return outcome,
+            outcome = &mut turns => return outcome,
+        }
+        tracing::info!("shutting down");
+        // Both loops hold a receiver.
+        let _both_gone = stop.send(true);
+        turns.await?;
+        match tokio::time::timeout(GRACE, server).await {
+            Ok(outcome) => outcome,
+            Err(_) => Ok(()),
+        }
     }
 }

@@ -120,14 +120,14 @@ pub struct WorkerView {
 /// Something that happened to a job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JobEvent {
-    /// The job changed its state; also the first event of every subscription. After a final state the stream ends.
+    /// The job's state, when it changes and when a subscription begins. After a final state the stream ends.
     State {
         /// The state.
         state: JobState,
         /// Why it failed.
         error: Option<String>,
     },
-    /// Results counted.
+    /// How far the job is, whenever a result counts and when a subscription begins.
     Progress {
         /// Units of work.
         units: Count,

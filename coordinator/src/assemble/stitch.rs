@@ -1,0 +1,70 @@
+//! Adds a frame's blocks up: for each tile its sample ranges in order, then the tiles into the frame.
+
+use std::time::Instant;
+
+use bytes::Bytes;
+use futures::{StreamExt, TryStreamExt, stream};
+use gradfarm_core::film::{Film, FrameFold, PlaneKind, TileFold};
+use gradfarm_core::lattice::Tile;
+use gradfarm_proto::{block, limits};
+
+use super::{AssembleError, Task};
+use crate::job::DeliveredRecord;
+use crate::schedule::Place;
+use crate::store::{Blobs, Store};
+
+/// A whole frame.
+pub(super) struct Stitched {
+    /// Its means.
+    pub(super) film: Film,
+    /// How long it took [s].
+    pub(super) seconds: f64,
+}
+
+/// Reads all results of a frame and adds them up. As many tiles are in the making as there are cores; each holds its sums in f64 and
+/// one block at a time.
+pub(super) async fn stitch(task: &Task, store: &dyn Store, blobs: &Blobs) -> Result<Stitched, AssembleError> {
+    let start = Instant::now();
+    let first = task.split.units_per_frame() * task.position;
+    let results = store.results(task.record.id, first..first + task.split.units_per_frame()).await?;
+    let result = |unit: u32| {
+        let found = results.binary_search_by_key(&unit, |(u, _)| *u).ok().map(|at| results[at].1);
+        found.map(|result| (unit, result)).ok_or(AssembleError::Absent { unit })
+    };
+    let layout = task.record.plan.layout();
+    let mut frame = FrameFold::new(task.record.plan.extent, &layout);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let ranges = 0..task.split.ranges().len() as u32;
+    let mut tiles = Vec::with_capacity(task.split.tiles().len());
+    for (index, tile) in task.split.tiles().iter().enumerate() {
+        let unit = |range| result(task.split.unit(Place { frame: task.position, range, tile: index as u32 }));
+        tiles.push(fold_tile(*tile, layout.clone(), ranges.clone().map(unit).collect::<Result<_, _>>()?, blobs.clone()));
+    }
+    let mut folds = stream::iter(tiles).buffered(cores);
+    while let Some(fold) = folds.try_next().await? {
+        // Copying a tile's means takes less than handing it to another thread.
+        frame.place(&fold)?;
+    }
+    let film = tokio::task::spawn_blocking(move || frame.finish()).await??;
+    Ok(Stitched { film, seconds: start.elapsed().as_secs_f64() })
+}
+
+async fn fold_tile(
+    tile: Tile,
+    layout: Vec<PlaneKind>,
+    units: Vec<(u32, DeliveredRecord)>,
+    blobs: Blobs,
+) -> Result<TileFold, AssembleError> {
+    let mut fold = TileFold::new(tile, &layout);
+    for (unit, result) in units {
+        let bytes = blobs.get(result.blob).await?;
+        fold = tokio::task::spawn_blocking(move || add(fold, unit, result, &bytes)).await??;
+    }
+    Ok(fold)
+}
+
+fn add(mut fold: TileFold, unit: u32, result: DeliveredRecord, bytes: &Bytes) -> Result<TileFold, AssembleError> {
+    let block = block::decode(bytes, result.content, result.size, limits::BLOCK).map_err(|source| AssembleError::Block { unit, source })?;
+    fold.add(&block)?;
+    Ok(fold)
+}

@@ -1,0 +1,79 @@
+//! Speaks to workers: translates messages, hands them to the loop, answers. Nothing is decided here.
+
+mod assets;
+mod deliver;
+mod work;
+
+use std::pin::Pin;
+use std::sync::Arc;
+use std::time::Duration;
+
+use futures::Stream;
+use gradfarm_proto::v1::farm_server::{Farm, FarmServer};
+use gradfarm_proto::{limits, v1};
+use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
+use tokio_stream::wrappers::TcpListenerStream;
+use tonic::{Request, Response, Status, Streaming};
+
+use crate::error::Error;
+use crate::service::Handle;
+
+/// How often a silent connection is asked whether it still lives, and how long it may take to answer.
+const KEEP_ALIVE: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(10));
+
+/// Serves workers until `stop` is ready and their streams have ended.
+///
+/// # Errors
+/// If the listener fails.
+pub(crate) async fn serve(listener: TcpListener, handle: Handle, stop: impl Future<Output = ()>) -> Result<(), Error> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let service = FarmServer::new(FarmService { handle, checks: Arc::new(Semaphore::new(cores)) })
+        .max_decoding_message_size(limits::MESSAGE)
+        .max_encoding_message_size(limits::MESSAGE);
+    tonic::transport::Server::builder()
+        .initial_stream_window_size(limits::WINDOWS.0)
+        .initial_connection_window_size(limits::WINDOWS.1)
+        .http2_keepalive_interval(Some(KEEP_ALIVE.0))
+        .http2_keepalive_timeout(Some(KEEP_ALIVE.1))
+        .tcp_nodelay(true)
+        .add_service(service)
+        .serve_with_incoming_shutdown(TcpListenerStream::new(listener), stop)
+        .await?;
+    Ok(())
+}
+
+/// The service of `worker.proto`.
+struct FarmService {
+    handle: Handle,
+    /// Results that are decompressed and checked at the same time: as many as there are cores.
+    checks: Arc<Semaphore>,
+}
+
+type Messages<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
+
+#[tonic::async_trait]
+impl Farm for FarmService {
+    type WorkStream = Messages<v1::CoordinatorMessage>;
+    type FetchAssetStream = Messages<v1::AssetChunk>;
+
+    async fn work(&self, request: Request<Streaming<v1::WorkerMessage>>) -> Result<Response<Self::WorkStream>, Status> {
+        work::work(self.handle.clone(), request.into_inner()).await.map(Response::new)
+    }
+
+    async fn deliver(&self, request: Request<Streaming<v1::ResultChunk>>) -> Result<Response<v1::DeliverReply>, Status> {
+        deliver::deliver(&self.handle, &self.checks, request.into_inner()).await.map(Response::new)
+    }
+
+    async fn fetch_asset(&self, request: Request<v1::FetchAssetRequest>) -> Result<Response<Self::FetchAssetStream>, Status> {
+        assets::fetch(&self.handle, &request.into_inner()).await.map(Response::new)
+    }
+}
+
+/// What a worker is told of an inner error: the loop being gone is worth another try, everything else is not its fault.
+fn status(error: Error) -> Status {
+    match error {
+        Error::Stopped => Status::unavailable(error.to_string()),
+        other => Status::internal(other.to_string()),
+    }
+}

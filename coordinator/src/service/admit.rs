@@ -1,0 +1,100 @@
+//! Checks a submission before it becomes a job: description, assets, plan, sizes.
+
+use bytes::Bytes;
+use gradfarm_core::plan::{self, Plan};
+use gradfarm_core::scene::SceneDescription;
+use gradfarm_proto::{Digest, Manifest, block, limits};
+
+use super::submission::Submission;
+use crate::error::Error;
+use crate::job::{JobId, JobRecord, Timestamp};
+use crate::schedule::Split;
+use crate::store::Blobs;
+
+/// Longest name and client token [bytes].
+const NAME: usize = 200;
+/// Longest edge of a tile [pixels].
+const TILE: u32 = 1024;
+/// Most counters that a block is expected to carry.
+const COUNTERS: usize = limits::LINES;
+
+/// Checks and plans a submission, stores its description and manifest, and writes the record of the job to be.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp) -> Result<JobRecord, Error> {
+    check_fields(&submission)?;
+    let Submission { name, description, assets, request, tile, frames, priority, client_token } = submission;
+    // A long description takes a while to read and check: not on an async thread.
+    let planned = tokio::task::spawn_blocking(move || {
+        let scene = SceneDescription::from_json(&description, "scene")?;
+        let plan = plan::resolve(&scene, &request)?;
+        Ok::<_, Error>((description, scene.assets(), plan))
+    });
+    let (description, names, plan) = planned.await.map_err(|_| Error::Stopped)??;
+    let split = Split::new(&plan, frames.first, frames.count, tile)?;
+    check_blocks(&plan, &split)?;
+    let unlisted: Vec<String> = names.iter().filter(|name| !assets.contains_key(*name)).cloned().collect();
+    if !unlisted.is_empty() {
+        return Err(Error::Unlisted { names: unlisted });
+    }
+    // Files that the description does not name are no part of the scene.
+    let assets: std::collections::BTreeMap<String, Digest> =
+        names.into_iter().filter_map(|name| assets.get(&name).map(|digest| (name, *digest))).collect();
+    let mut missing = Vec::new();
+    for digest in assets.values() {
+        if !blobs.has(*digest).await? && !missing.contains(digest) {
+            missing.push(*digest);
+        }
+    }
+    if !missing.is_empty() {
+        return Err(Error::MissingAssets { digests: missing });
+    }
+    let description = blobs.put(Bytes::from(description)).await?;
+    let scene = blobs.put(Manifest { description, assets }.encode()).await?;
+    Ok(JobRecord {
+        id: JobId::fresh(),
+        name,
+        priority,
+        created: now,
+        client_token,
+        scene,
+        plan,
+        tile,
+        first_frame: frames.first,
+        frame_count: frames.count,
+    })
+}
+
+fn check_fields(submission: &Submission) -> Result<(), Error> {
+    let invalid = |what, found: String, expected: String| Err(Error::Invalid { what, found, expected });
+    if submission.name.len() > NAME {
+        return invalid("name", format!("{} bytes long", submission.name.len()), format!("at most {NAME} bytes"));
+    }
+    if let Some(token) = &submission.client_token
+        && (token.is_empty() || token.len() > NAME)
+    {
+        return invalid("client token", format!("{} bytes long", token.len()), format!("1 to {NAME} bytes"));
+    }
+    if !(1..=TILE).contains(&submission.tile) {
+        return invalid("tile", submission.tile.to_string(), format!("1 to {TILE} pixels"));
+    }
+    let frames = submission.frames;
+    if frames.count == 0 || frames.first.checked_add(frames.count).is_none() {
+        return invalid("frames", format!("{} from {}", frames.count, frames.first), "at least one frame, numbered below 2³²".into());
+    }
+    if submission.description.len() as u64 > limits::ASSET {
+        return invalid("description", format!("{} bytes long", submission.description.len()), format!("at most {} bytes", limits::ASSET));
+    }
+    Ok(())
+}
+
+fn check_blocks(plan: &Plan, split: &Split) -> Result<(), Error> {
+    let layout = plan.layout();
+    let largest = split.tiles().iter().map(|tile| block::encoded_size(*tile, &layout, COUNTERS)).max().unwrap_or(0);
+    if largest > limits::BLOCK {
+        let expected = format!("tiles whose results take at most {} bytes", limits::BLOCK);
+        return Err(Error::Invalid { what: "tile", found: format!("so large that a result takes {largest} bytes"), expected });
+    }
+    Ok(())
+}

@@ -1,0 +1,56 @@
+//! What the loop can be asked to do.
+
+use gradfarm_proto::convert::LeaseName;
+use gradfarm_proto::{Digest, v1};
+use tokio::sync::{mpsc, oneshot};
+
+use super::dispatch::Dispatcher;
+use crate::error::Error;
+use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, WorkerId};
+
+/// One thing to do. Answers are sent after everything they rest on is durable.
+pub(crate) enum Command {
+    /// Accept a job.
+    Submit { record: Box<JobRecord>, reply: oneshot::Sender<Result<JobId, Error>> },
+    /// Call a job off.
+    Cancel { job: JobId, reply: oneshot::Sender<Result<(), Error>> },
+    /// Look at the state; the closure answers by itself.
+    Look(Box<dyn FnOnce(&mut Dispatcher) + Send>),
+    /// A worker opened its stream.
+    Connect { hello: Box<Hello>, outbox: mpsc::Sender<v1::CoordinatorMessage>, reply: oneshot::Sender<SessionKey> },
+    /// A worker would take more leases.
+    Credit { from: SessionKey, leases: u32 },
+    /// A worker is alive and holds these.
+    Heartbeat { from: SessionKey, held: Vec<LeaseName>, scenes: Vec<Digest> },
+    /// A worker hands leases back.
+    Returned { from: SessionKey, leases: Vec<LeaseName> },
+    /// A worker failed a unit, or delivered nonsense.
+    Failed { worker: WorkerId, lease: LeaseName, reason: String },
+    /// A worker's stream ended.
+    Disconnect { from: SessionKey },
+    /// A checked and stored result.
+    Deliver { worker: WorkerId, lease: LeaseName, result: DeliveredRecord, reply: oneshot::Sender<Answer> },
+    /// A frame was assembled, or could not be.
+    Assembled { job: JobId, frame: u32, outcome: Result<Assembled, String> },
+}
+
+/// One connection of one worker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SessionKey {
+    /// Which worker.
+    pub(crate) worker: WorkerId,
+    /// Counts connections, so that the end of an old one does not end the new one.
+    pub(crate) number: u64,
+}
+
+/// What a worker says of itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Hello {
+    pub(crate) worker: WorkerId,
+    pub(crate) protocol: u32,
+    pub(crate) name: String,
+    pub(crate) version: String,
+    pub(crate) threads: u32,
+    pub(crate) held: Vec<LeaseName>,
+    pub(crate) scenes: Vec<Digest>,
+}

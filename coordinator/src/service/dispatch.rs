@@ -1,0 +1,474 @@
+//! The loop that owns all jobs and workers. It works in turns: take what was asked, change the jobs, make the changes durable in one
+//! commit, and only then answer, grant and assemble. If a commit fails it stops, for memory and store could differ.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use gradfarm_proto::convert::LeaseName;
+use gradfarm_proto::v1;
+use gradfarm_proto::v1::coordinator_message::Message;
+use tokio::sync::{broadcast, mpsc, oneshot};
+
+use super::command::{Command, Hello, SessionKey};
+use super::look;
+use super::roster::Roster;
+use super::view::JobEvent;
+use crate::clock::{Clock, Timestamp};
+use crate::error::Error;
+use crate::job::{self, Action, Answer, Change, Event, Job, JobId, JobRecord, News, WorkerId};
+use crate::schedule::{Queue, choose};
+use crate::store::Store;
+
+/// Most commands in one turn, so that nobody waits for long.
+const TURN: usize = 256;
+/// Events that a watcher may lag behind.
+const WATCH: usize = 1024;
+
+/// What is told to a job's assembler: the job as it is, and the position of the frame.
+pub(crate) type Assembler = Box<dyn Fn(&Job, u32) + Send + Sync>;
+
+/// The loop's state.
+pub(crate) struct Dispatcher {
+    pub(super) clock: Clock,
+    pub(super) jobs: BTreeMap<JobId, Job>,
+    pub(super) roster: Roster,
+    heartbeat: Duration,
+    ttl: Duration,
+    /// Jobs that are not over.
+    open: BTreeSet<JobId>,
+    tokens: BTreeMap<String, JobId>,
+    watchers: BTreeMap<JobId, broadcast::Sender<JobEvent>>,
+    store: Arc<dyn Store>,
+    assembler: Assembler,
+}
+
+/// What one turn has gathered.
+#[derive(Default)]
+struct Turn {
+    changes: Vec<Change>,
+    effects: Vec<Effect>,
+}
+
+/// What is done once the turn's changes are durable.
+enum Effect {
+    Reply(Box<dyn FnOnce() + Send>),
+    Look(Box<dyn FnOnce(&mut Dispatcher) + Send>),
+    Send(WorkerId, Message),
+    Grant(WorkerId, LeaseName),
+    Assemble(JobId, u32),
+    Tell(JobId, News),
+}
+
+impl Dispatcher {
+    /// A dispatcher over the jobs that the store kept, with the frames whose assembly was broken off.
+    pub(crate) async fn restore(
+        store: Arc<dyn Store>,
+        heartbeat: Duration,
+        ttl: Duration,
+        assembler: Assembler,
+    ) -> Result<(Self, Vec<(JobId, u32)>), Error> {
+        let clock = Clock::new();
+        let mut dispatcher = Self {
+            clock,
+            jobs: BTreeMap::new(),
+            roster: Roster::default(),
+            heartbeat,
+            ttl,
+            open: BTreeSet::new(),
+            tokens: BTreeMap::new(),
+            watchers: BTreeMap::new(),
+            store,
+            assembler,
+        };
+        let mut pending = Vec::new();
+        for stored in dispatcher.store.jobs().await? {
+            let id = stored.record.id;
+            let (job, actions) = Job::restore(stored, clock.now(), ttl)?;
+            pending.extend(actions.into_iter().filter_map(|action| match action {
+                Action::Assemble { frame } => Some((id, frame)),
+                _ => None,
+            }));
+            dispatcher.admit(job);
+        }
+        Ok((dispatcher, pending))
+    }
+
+    /// Works until `commands` is closed or `stop` says so.
+    pub(crate) async fn run(
+        mut self,
+        pending: Vec<(JobId, u32)>,
+        mut commands: mpsc::Receiver<Command>,
+        stop: impl Future<Output = ()>,
+    ) -> Result<(), Error> {
+        let mut tick = tokio::time::interval((self.ttl / 10).clamp(Duration::from_millis(10), Duration::from_millis(500)));
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        tokio::pin!(stop);
+        for (job, frame) in pending {
+            self.carry_out(Effect::Assemble(job, frame));
+        }
+        loop {
+            let first = tokio::select! {
+                () = &mut stop => break,
+                _ = tick.tick() => None,
+                command = commands.recv() => match command {
+                    Some(command) => Some(command),
+                    None => break,
+                },
+            };
+            let mut turn = Turn::default();
+            if let Some(first) = first {
+                self.take(first, &mut turn);
+                for _ in 1..TURN {
+                    let Ok(command) = commands.try_recv() else { break };
+                    self.take(command, &mut turn);
+                }
+            }
+            self.expire(&mut turn);
+            self.assign(&mut turn);
+            if !turn.changes.is_empty() {
+                self.store.commit(&turn.changes).await?;
+            }
+            self.finish(turn.effects);
+        }
+        self.roster.dismiss();
+        Ok(())
+    }
+
+    fn now(&self) -> Timestamp {
+        self.clock.now()
+    }
+
+    fn admit(&mut self, job: Job) {
+        let id = job.record.id;
+        if let Some(token) = &job.record.client_token {
+            self.tokens.insert(token.clone(), id);
+        }
+        if !job.state.is_final() {
+            self.open.insert(id);
+        }
+        self.jobs.insert(id, job);
+    }
+
+    fn take(&mut self, command: Command, turn: &mut Turn) {
+        match command {
+            Command::Submit { record, reply } => {
+                let outcome = self.submit(*record, turn);
+                turn.effects.push(answer(reply, outcome));
+            }
+            Command::Cancel { job, reply } => {
+                let outcome = self.cancel(job, turn);
+                turn.effects.push(answer(reply, outcome));
+            }
+            Command::Look(look) => turn.effects.push(Effect::Look(look)),
+            Command::Connect { hello, outbox, reply } => {
+                let key = self.connect(&hello, outbox, turn);
+                turn.effects.push(answer(reply, key));
+            }
+            Command::Credit { from, leases } => {
+                let now = self.now();
+                if let Some(session) = self.roster.current(from) {
+                    session.hear(now);
+                    session.credit = session.credit.saturating_add(leases).min(gradfarm_proto::limits::LEASES as u32);
+                }
+            }
+            Command::Heartbeat { from, held, scenes } => {
+                let now = self.now();
+                if let Some(session) = self.roster.current(from) {
+                    session.hear(now);
+                    session.scenes = scenes.into_iter().collect();
+                    self.renew(from.worker, &held, turn);
+                }
+            }
+            Command::Returned { from, leases } => {
+                for LeaseName { job, unit, epoch } in leases {
+                    self.apply(JobId::from_bytes(job), Event::Returned { unit, epoch, worker: from.worker }, turn);
+                }
+            }
+            Command::Failed { worker, lease, reason } => {
+                tracing::warn!(%worker, unit = lease.unit, epoch = lease.epoch, %reason, "unit failed");
+                let event = Event::Failed { unit: lease.unit, epoch: lease.epoch, worker, reason };
+                self.apply(JobId::from_bytes(lease.job), event, turn);
+            }
+            Command::Disconnect { from } => self.disconnect(from, turn),
+            Command::Deliver { worker, lease, result, reply } => {
+                let event = Event::Delivered { unit: lease.unit, epoch: lease.epoch, worker, result };
+                let outcome = self.apply(JobId::from_bytes(lease.job), event, turn).unwrap_or(Answer::Superseded);
+                turn.effects.push(answer(reply, outcome));
+            }
+            Command::Assembled { job, frame, outcome } => {
+                self.apply(job, Event::Assembled { frame, outcome }, turn);
+            }
+        }
+    }
+
+    fn submit(&mut self, record: JobRecord, turn: &mut Turn) -> Result<JobId, Error> {
+        if let Some(token) = &record.client_token
+            && let Some(known) = self.tokens.get(token).and_then(|id| self.jobs.get(id))
+        {
+            let JobRecord { id, created, .. } = known.record.clone();
+            let same = known.record == JobRecord { id, created, ..record.clone() };
+            return if same { Ok(id) } else { Err(Error::TokenReused { token: token.clone(), job: id }) };
+        }
+        let id = record.id;
+        tracing::info!(job = %id, name = %record.name, "job submitted");
+        let (job, actions) = job::submit(record)?;
+        self.admit(job);
+        self.sort(id, actions, turn);
+        Ok(id)
+    }
+
+    fn cancel(&mut self, job: JobId, turn: &mut Turn) -> Result<(), Error> {
+        let found = self.jobs.get(&job).ok_or(Error::NoJob(job))?;
+        match found.state {
+            job::JobState::Cancelled => return Ok(()),
+            state if state.is_final() => return Err(Error::Over { job, state: state.name() }),
+            _ => {}
+        }
+        self.apply(job, Event::Cancelled, turn);
+        Ok(())
+    }
+
+    fn connect(&mut self, hello: &Hello, outbox: mpsc::Sender<v1::CoordinatorMessage>, turn: &mut Turn) -> SessionKey {
+        let (now, worker) = (self.now(), hello.worker);
+        let key = self.roster.connect(hello, outbox, now);
+        tracing::info!(%worker, name = %hello.name, threads = hello.threads, "worker connected");
+        let Hello { name, version, threads, .. } = hello.clone();
+        turn.changes.push(Change::Worker { worker, name, version, threads, at: now });
+        let millis = |span: Duration| u32::try_from(span.as_millis()).unwrap_or(u32::MAX);
+        let welcome = v1::Welcome {
+            protocol: hello.protocol,
+            heartbeat_ms: millis(self.heartbeat),
+            lease_ttl_ms: millis(self.ttl),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        };
+        turn.effects.push(Effect::Send(worker, Message::Welcome(welcome)));
+        // Leases that it was granted but never got.
+        let held: BTreeSet<&LeaseName> = hello.held.iter().collect();
+        for (job, unit, epoch) in self.leases_of(worker) {
+            if !held.contains(&LeaseName { job: job.to_bytes(), unit, epoch }) {
+                self.apply(job, Event::Returned { unit, epoch, worker }, turn);
+            }
+        }
+        self.renew(worker, &hello.held, turn);
+        key
+    }
+
+    fn disconnect(&mut self, from: SessionKey, turn: &mut Turn) {
+        if self.roster.disconnect(from) {
+            tracing::info!(worker = %from.worker, "worker disconnected");
+            for job in self.open.clone() {
+                self.apply(job, Event::Lost { worker: from.worker }, turn);
+            }
+        }
+    }
+
+    fn renew(&mut self, worker: WorkerId, held: &[LeaseName], turn: &mut Turn) {
+        let until = self.now() + self.ttl;
+        for lease in held {
+            let LeaseName { job, unit, epoch } = *lease;
+            let id = JobId::from_bytes(job);
+            if self.jobs.contains_key(&id) {
+                self.apply(id, Event::Renewed { unit, epoch, worker, until }, turn);
+            } else {
+                turn.effects.push(revoke(worker, *lease));
+            }
+        }
+    }
+
+    fn expire(&mut self, turn: &mut Turn) {
+        let now = self.now();
+        let overdue = |job: &Job| job.leased().any(|(_, unit)| matches!(unit.state, job::UnitState::Leased { until, .. } if until <= now));
+        let due: Vec<JobId> = self.open.iter().copied().filter(|id| self.jobs.get(id).is_some_and(overdue)).collect();
+        for job in due {
+            tracing::warn!(%job, "leases ran out");
+            self.apply(job, Event::Expired, turn);
+        }
+    }
+
+    /// Gives ready units to workers with credit, one each in turn, until one of the two runs out.
+    fn assign(&mut self, turn: &mut Turn) {
+        let now = self.now();
+        let eligible = self.roster.eligible(now);
+        let others = eligible.len() > 1;
+        let mut hungry: Vec<WorkerId> = eligible;
+        while !hungry.is_empty() {
+            hungry.retain(|worker| self.assign_one(*worker, others, now, turn));
+        }
+    }
+
+    /// Gives one unit to a worker; whether there was one, and credit for it.
+    fn assign_one(&mut self, worker: WorkerId, others: bool, now: Timestamp, turn: &mut Turn) -> bool {
+        let Some(session) = self.roster.get_mut(worker).filter(|session| session.credit > 0) else { return false };
+        let mut offers = Vec::new();
+        for id in &self.open {
+            if let Some(job) = self.jobs.get(id)
+                && let Some(unit) = job.next_for(worker, others)
+            {
+                let served = job.leased().next().is_some();
+                offers.push((*id, unit, Queue { priority: job.record.priority, served, warm: session.scenes.contains(&job.record.scene) }));
+            }
+        }
+        let queues: Vec<Queue> = offers.iter().map(|(_, _, queue)| *queue).collect();
+        let Some((id, unit, _)) = choose(&queues).map(|position| offers[position]) else { return false };
+        session.credit -= 1;
+        if let Some(job) = self.jobs.get(&id) {
+            session.scenes.insert(job.record.scene);
+        }
+        self.apply(id, Event::Leased { unit, worker, until: now + self.ttl }, turn);
+        true
+    }
+
+    /// Applies an event to a job and sorts what follows; the answer to a delivery, if there is one.
+    fn apply(&mut self, id: JobId, event: Event, turn: &mut Turn) -> Option<Answer> {
+        let now = self.now();
+        let actions = job::apply(self.jobs.get_mut(&id)?, event, now);
+        self.sort(id, actions, turn)
+    }
+
+    fn sort(&mut self, id: JobId, actions: Vec<Action>, turn: &mut Turn) -> Option<Answer> {
+        let now = self.now();
+        let mut answered = None;
+        for action in actions {
+            match action {
+                Action::Keep(change) => turn.changes.push(change),
+                Action::Answer(answer) => answered = Some(answer),
+                Action::Grant { unit, epoch, worker } => {
+                    turn.effects.push(Effect::Grant(worker, LeaseName { job: id.to_bytes(), unit, epoch }));
+                }
+                Action::Revoke { unit, epoch, worker } => {
+                    turn.effects.push(revoke(worker, LeaseName { job: id.to_bytes(), unit, epoch }));
+                }
+                Action::Assemble { frame } => turn.effects.push(Effect::Assemble(id, frame)),
+                Action::Blame(worker) => {
+                    if let Some(session) = self.roster.get_mut(worker) {
+                        session.blame(now);
+                        if session.aside.until(now).is_some() {
+                            tracing::warn!(%worker, name = session.name(), "worker set aside: it failed too often in a row");
+                        }
+                    }
+                }
+                Action::Praise(worker) => {
+                    if let Some(session) = self.roster.get_mut(worker) {
+                        session.praise();
+                    }
+                }
+                Action::Tell(news) => turn.effects.push(Effect::Tell(id, news)),
+            }
+        }
+        if self.jobs.get(&id).is_some_and(|job| job.state.is_final()) {
+            self.open.remove(&id);
+        }
+        answered
+    }
+
+    fn finish(&mut self, effects: Vec<Effect>) {
+        let mut grants: BTreeMap<WorkerId, Vec<LeaseName>> = BTreeMap::new();
+        for effect in effects {
+            match effect {
+                Effect::Grant(worker, lease) => grants.entry(worker).or_default().push(lease),
+                other => self.carry_out(other),
+            }
+        }
+        for (worker, leases) in grants {
+            let grant = self.grant(&leases);
+            self.send(worker, Message::Grant(grant));
+        }
+        self.watchers.retain(|_, watcher| watcher.receiver_count() > 0);
+    }
+
+    fn carry_out(&mut self, effect: Effect) {
+        match effect {
+            Effect::Reply(reply) => reply(),
+            Effect::Look(look) => look(self),
+            Effect::Send(worker, message) => self.send(worker, message),
+            Effect::Grant(worker, lease) => {
+                let grant = self.grant(&[lease]);
+                self.send(worker, Message::Grant(grant));
+            }
+            Effect::Assemble(id, frame) => {
+                if let Some(job) = self.jobs.get(&id) {
+                    (self.assembler)(job, frame);
+                }
+            }
+            Effect::Tell(id, news) => {
+                let Some(job) = self.jobs.get(&id) else { return };
+                if news == News::Job {
+                    tracing::info!(job = %id, state = job.state.name(), error = job.error.as_deref(), "job");
+                }
+                if let Some(watcher) = self.watchers.get(&id) {
+                    for event in look::events(job, news, self.now()) {
+                        // No watcher is left: nothing to tell.
+                        let _gone = watcher.send(event);
+                    }
+                }
+            }
+        }
+    }
+
+    fn send(&mut self, worker: WorkerId, message: Message) {
+        // A failed send means the worker is gone or does not read; its stream ends and its leases are freed by that or by time.
+        if !self.roster.send(worker, message) {
+            tracing::warn!(%worker, "worker could not be reached");
+        }
+    }
+
+    fn grant(&self, leases: &[LeaseName]) -> v1::Grant {
+        let ids: BTreeSet<JobId> = leases.iter().map(|lease| JobId::from_bytes(lease.job)).collect();
+        let jobs: Vec<&Job> = ids.iter().filter_map(|id| self.jobs.get(id)).collect();
+        let spec = |job: &&Job| v1::JobSpec {
+            job: bytes::Bytes::copy_from_slice(&job.record.id.to_bytes()),
+            manifest: job.record.scene.to_bytes(),
+            plan: Some(v1::Plan::from(&job.record.plan)),
+        };
+        let lease = |name: &LeaseName| {
+            let job = self.jobs.get(&JobId::from_bytes(name.job))?;
+            Some(v1::Lease { lease: Some((*name).into()), unit: Some(job.split.work(name.unit).into()) })
+        };
+        v1::Grant { jobs: jobs.iter().map(spec).collect(), leases: leases.iter().filter_map(lease).collect() }
+    }
+
+    /// Leases of a worker in all open jobs.
+    fn leases_of(&self, worker: WorkerId) -> Vec<(JobId, u32, u32)> {
+        let of = |id: &JobId| {
+            let held = |(index, unit): (u32, &job::Unit)| match unit.state {
+                job::UnitState::Leased { worker: w, .. } if w == worker => Some((*id, index, unit.epoch)),
+                _ => None,
+            };
+            self.jobs.get(id).into_iter().flat_map(|job| job.leased()).filter_map(held).collect::<Vec<_>>()
+        };
+        self.open.iter().flat_map(of).collect()
+    }
+
+    /// A job by name.
+    pub(crate) fn job(&self, id: JobId) -> Option<&Job> {
+        self.jobs.get(&id)
+    }
+
+    /// How many leases a worker holds.
+    pub(super) fn lease_count(&self, worker: WorkerId) -> u64 {
+        self.leases_of(worker).len() as u64
+    }
+
+    /// Watches a job: its events from now on, after its state and progress of this moment.
+    pub(super) fn watch(&mut self, id: JobId) -> Option<(Vec<JobEvent>, broadcast::Receiver<JobEvent>)> {
+        let job = self.jobs.get(&id)?;
+        let mut first = vec![look::state_event(job), look::progress_event(job, self.now())];
+        if job.state.is_final() {
+            first.reverse();
+        }
+        let watcher = self.watchers.entry(id).or_insert_with(|| broadcast::channel(WATCH).0);
+        Some((first, watcher.subscribe()))
+    }
+}
+
+fn answer<T: Send + 'static>(reply: oneshot::Sender<T>, value: T) -> Effect {
+    Effect::Reply(Box::new(move || {
+        // Whoever asked may have gone away meanwhile.
+        let _gone = reply.send(value);
+    }))
+}
+
+fn revoke(worker: WorkerId, lease: LeaseName) -> Effect {
+    Effect::Send(worker, Message::Revoke(v1::Revoke { leases: vec![lease.into()] }))
+}

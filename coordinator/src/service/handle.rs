@@ -1,0 +1,188 @@
+//! Speaks to a running service.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use futures::StreamExt;
+use futures::stream::{self, BoxStream};
+use gradfarm_proto::{Digest, limits};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{broadcast, mpsc, oneshot};
+
+use super::admit::admit;
+use super::command::Command;
+use super::dispatch::Dispatcher;
+use super::look;
+use super::submission::Submission;
+use super::view::{JobEvent, JobSummary, JobView, TileView, WorkerView};
+use crate::clock::Clock;
+use crate::error::Error;
+use crate::job::{FileKind, JobId};
+use crate::store::{Blobs, Store};
+
+/// Speaks to a running service; cheap to clone. Every method fails with [`Error::Stopped`] once the service has stopped.
+#[derive(Clone, Debug)]
+pub struct Handle {
+    pub(super) commands: mpsc::Sender<Command>,
+    pub(super) blobs: Blobs,
+    pub(super) store: Arc<dyn Store>,
+    pub(super) clock: Clock,
+}
+
+impl Handle {
+    /// Stores a file by content. Putting it again changes nothing.
+    ///
+    /// # Errors
+    /// If it is larger than allowed or cannot be stored.
+    pub async fn put_asset(&self, bytes: Bytes) -> Result<Digest, Error> {
+        if bytes.len() as u64 > limits::ASSET {
+            let expected = format!("at most {} bytes", limits::ASSET);
+            return Err(Error::Invalid { what: "asset", found: format!("{} bytes long", bytes.len()), expected });
+        }
+        Ok(self.blobs.put(bytes).await?)
+    }
+
+    /// Which of these are not stored yet.
+    ///
+    /// # Errors
+    /// If the store cannot be read.
+    pub async fn missing_assets(&self, digests: &[Digest]) -> Result<Vec<Digest>, Error> {
+        let mut missing = Vec::new();
+        for digest in digests {
+            if !self.blobs.has(*digest).await? {
+                missing.push(*digest);
+            }
+        }
+        Ok(missing)
+    }
+
+    /// Checks, plans and accepts a job. Once this returns, the job survives a crash.
+    ///
+    /// # Errors
+    /// What is wrong with the submission; [`Error::MissingAssets`] lists what to put first.
+    pub async fn submit(&self, submission: Submission) -> Result<JobId, Error> {
+        let record = admit(submission, &self.blobs, self.clock.now()).await?;
+        self.ask(|reply| Command::Submit { record: Box::new(record), reply }).await?
+    }
+
+    /// All jobs, newest first.
+    ///
+    /// # Errors
+    /// Only [`Error::Stopped`].
+    pub async fn list(&self) -> Result<Vec<JobSummary>, Error> {
+        self.look(|dispatcher| dispatcher.jobs.values().rev().map(look::summary).collect()).await
+    }
+
+    /// One job in full.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`].
+    pub async fn get(&self, job: JobId) -> Result<JobView, Error> {
+        self.look(move |dispatcher| dispatcher.jobs.get(&job).map(look::view)).await?.ok_or(Error::NoJob(job))
+    }
+
+    /// The tiles of a frame, row by row.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`], [`Error::NoFrame`].
+    pub async fn tiles(&self, job: JobId, frame: u32) -> Result<Vec<TileView>, Error> {
+        let tiles = move |dispatcher: &mut Dispatcher| dispatcher.jobs.get(&job).map(|found| look::tiles(found, frame));
+        self.look(tiles).await?.ok_or(Error::NoJob(job))?
+    }
+
+    /// Calls a job off. Cancelling a cancelled job changes nothing.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`], and [`Error::Over`] if it is done or failed.
+    pub async fn cancel(&self, job: JobId) -> Result<(), Error> {
+        self.ask(|reply| Command::Cancel { job, reply }).await?
+    }
+
+    /// What happens to a job from now on, beginning with its state and progress; ends after a final state, or when the service
+    /// stops. A reader that lags behind loses events, but never the last state.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`].
+    pub async fn subscribe(&self, job: JobId) -> Result<BoxStream<'static, JobEvent>, Error> {
+        let (first, receiver) = self.watch(job).await?;
+        let state = (self.clone(), VecDeque::from(first), Some(receiver));
+        let events = stream::unfold(state, move |(handle, mut waiting, mut receiver)| async move {
+            loop {
+                if let Some(event) = waiting.pop_front() {
+                    if look::is_last(&event) {
+                        receiver = None;
+                        waiting.clear();
+                    }
+                    return Some((event, (handle, waiting, receiver)));
+                }
+                match receiver.as_mut()?.recv().await {
+                    Ok(event) => waiting.push_back(event),
+                    Err(RecvError::Lagged(_)) => {
+                        let (again, from_now) = handle.watch(job).await.ok()?;
+                        waiting = again.into();
+                        receiver = Some(from_now);
+                    }
+                    Err(RecvError::Closed) => return None,
+                }
+            }
+        });
+        Ok(events.boxed())
+    }
+
+    async fn watch(&self, job: JobId) -> Result<(Vec<JobEvent>, broadcast::Receiver<JobEvent>), Error> {
+        self.look(move |dispatcher| dispatcher.watch(job)).await?.ok_or(Error::NoJob(job))
+    }
+
+    /// A file of a finished frame.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`], [`Error::NoFrame`], [`Error::NotReady`].
+    pub async fn frame_file(&self, job: JobId, frame: u32, kind: FileKind) -> Result<Bytes, Error> {
+        let position = move |dispatcher: &mut Dispatcher| dispatcher.jobs.get(&job).map(|found| look::position(found, frame));
+        let position = self.look(position).await?.ok_or(Error::NoJob(job))??;
+        let file = self.store.file(job, position, kind).await?.ok_or(Error::NotReady { job, frame, kind })?;
+        Ok(self.blobs.get(file.blob).await?)
+    }
+
+    /// The workers that are connected.
+    ///
+    /// # Errors
+    /// Only [`Error::Stopped`].
+    pub async fn workers(&self) -> Result<Vec<WorkerView>, Error> {
+        self.look(|dispatcher| dispatcher.roster.views(dispatcher.clock.now(), |worker| dispatcher.lease_count(worker))).await
+    }
+
+    /// Stores a result's bytes.
+    pub(crate) async fn put_blob(&self, bytes: Bytes) -> Result<Digest, Error> {
+        Ok(self.blobs.put(bytes).await?)
+    }
+
+    /// Reads any content.
+    pub(crate) async fn get_blob(&self, digest: Digest) -> Result<Bytes, Error> {
+        Ok(self.blobs.get(digest).await?)
+    }
+
+    /// Asks the loop for something that it answers.
+    pub(crate) async fn ask<T>(&self, command: impl FnOnce(oneshot::Sender<T>) -> Command) -> Result<T, Error> {
+        let (reply, answer) = oneshot::channel();
+        self.commands.send(command(reply)).await.map_err(|_| Error::Stopped)?;
+        answer.await.map_err(|_| Error::Stopped)
+    }
+
+    /// Looks at the state between two turns.
+    pub(crate) async fn look<T: Send + 'static>(&self, look: impl FnOnce(&mut Dispatcher) -> T + Send + 'static) -> Result<T, Error> {
+        self.ask(|reply| {
+            Command::Look(Box::new(move |dispatcher| {
+                // Whoever asked may have gone away meanwhile.
+                let _gone = reply.send(look(dispatcher));
+            }))
+        })
+        .await
+    }
+
+    /// Tells the loop something that it does not answer.
+    pub(crate) async fn tell(&self, command: Command) -> Result<(), Error> {
+        self.commands.send(command).await.map_err(|_| Error::Stopped)
+    }
+}

@@ -1,0 +1,133 @@
+//! Views of jobs for people.
+
+use super::view::{Count, FrameView, JobEvent, JobSummary, JobView, TileView};
+use crate::clock::Timestamp;
+use crate::error::Error;
+use crate::job::{FrameState, Job, News, Seconds, UnitState};
+use crate::schedule::Place;
+
+/// The line of a list.
+pub(super) fn summary(job: &Job) -> JobSummary {
+    let frames_done = job.frames.iter().filter(|frame| frame.state == FrameState::Done).count() as u64;
+    JobSummary {
+        id: job.record.id,
+        name: job.record.name.clone(),
+        state: job.state,
+        error: job.error.clone(),
+        priority: job.record.priority,
+        created: job.record.created,
+        started: job.started,
+        finished: job.finished,
+        frames: Count { done: frames_done, total: u64::from(job.split.frames()) },
+        units: units(job),
+        samples: samples(job),
+    }
+}
+
+/// A job in full.
+pub(super) fn view(job: &Job) -> JobView {
+    let frame = |(position, frame): (usize, &crate::job::Frame)| FrameView {
+        number: job.record.first_frame + position as u32,
+        state: frame.state,
+        units: Count { done: u64::from(frame.units), total: u64::from(job.split.units_per_frame()) },
+        samples: Count { done: frame.samples, total: job.split.samples_per_frame() },
+        seconds: frame.seconds,
+        estimated_relmse: frame.estimated_relmse,
+        statistics: frame.statistics,
+    };
+    let mut seconds = Seconds::default();
+    job.frames.iter().for_each(|frame| seconds += frame.seconds);
+    seconds.render_span = span(job);
+    JobView {
+        summary: summary(job),
+        plan: job.record.plan.clone(),
+        scene: job.record.scene,
+        tile: job.record.tile,
+        frames: job.frames.iter().enumerate().map(frame).collect(),
+        seconds,
+        statistics: job.statistics(),
+    }
+}
+
+/// From the job's first lease to its last result [s].
+fn span(job: &Job) -> f64 {
+    let Some(started) = job.started else { return 0.0 };
+    let ends = job.frames.iter().filter_map(|frame| Some(frame.started?.seconds_since(started) + frame.seconds.render_span));
+    ends.fold(0.0, f64::max)
+}
+
+/// The tiles of a frame.
+pub(super) fn tiles(job: &Job, number: u32) -> Result<Vec<TileView>, Error> {
+    let position = position(job, number)?;
+    let whole = job.frames[position as usize].state == FrameState::Done;
+    let ranges = job.split.ranges().len() as u32;
+    let view = |(index, tile): (usize, &gradfarm_core::lattice::Tile)| {
+        let mut view = TileView { tile: *tile, units: Count { done: 0, total: u64::from(ranges) }, leased: 0 };
+        for range in 0..ranges {
+            match job.unit(job.split.unit(Place { frame: position, range, tile: index as u32 })).map(|unit| unit.state) {
+                Some(UnitState::Done { .. }) => view.units.done += 1,
+                Some(UnitState::Leased { .. }) => view.leased += 1,
+                // Units of finished jobs are not kept in memory.
+                None if whole => view.units.done += 1,
+                Some(UnitState::Ready) | None => {}
+            }
+        }
+        view
+    };
+    Ok(job.split.tiles().iter().enumerate().map(view).collect())
+}
+
+/// The position of a frame by its number.
+pub(super) fn position(job: &Job, number: u32) -> Result<u32, Error> {
+    let first = job.record.first_frame;
+    let position = number.checked_sub(first).filter(|position| *position < job.split.frames());
+    position.ok_or(Error::NoFrame { job: job.record.id, frame: number, first, last: first + job.split.frames() - 1 })
+}
+
+/// The event of a job's state.
+pub(super) fn state_event(job: &Job) -> JobEvent {
+    JobEvent::State { state: job.state, error: job.error.clone() }
+}
+
+/// The event of a job's progress.
+pub(super) fn progress_event(job: &Job, now: Timestamp) -> JobEvent {
+    let until = job.finished.unwrap_or(now);
+    JobEvent::Progress {
+        units: units(job),
+        samples: samples(job),
+        elapsed: job.started.map_or(0.0, |started| until.seconds_since(started)),
+    }
+}
+
+/// What news mean to a watcher, in order.
+pub(super) fn events(job: &Job, news: News, now: Timestamp) -> Vec<JobEvent> {
+    match news {
+        News::Job => vec![progress_event(job, now), state_event(job)],
+        News::Frame(position) => {
+            vec![JobEvent::Frame { frame: job.record.first_frame + position, state: job.frames[position as usize].state }]
+        }
+        News::Tile { frame, tile } => {
+            let number = job.record.first_frame + frame;
+            let ranges = job.split.ranges().len() as u32;
+            let done = |range: &u32| {
+                let unit = job.unit(job.split.unit(Place { frame, range: *range, tile }));
+                unit.is_some_and(|unit| matches!(unit.state, UnitState::Done { .. }))
+            };
+            let units = Count { done: (0..ranges).filter(done).count() as u64, total: u64::from(ranges) };
+            vec![JobEvent::Tile { frame: number, tile, units }, progress_event(job, now)]
+        }
+    }
+}
+
+fn units(job: &Job) -> Count {
+    Count { done: job.units_done(), total: u64::from(job.split.units()) }
+}
+
+fn samples(job: &Job) -> Count {
+    Count { done: job.samples_done(), total: job.split.samples_per_frame() * u64::from(job.split.frames()) }
+}
+
+/// Whether an event ends a watcher's stream.
+pub(super) fn is_last(event: &JobEvent) -> bool {
+    matches!(event, JobEvent::State { state, .. } if state.is_final())
+}

@@ -1,0 +1,72 @@
+//! Brings a result home: sends it again and again until the coordinator has answered.
+
+use gradfarm_proto::block::EncodedBlock;
+use gradfarm_proto::convert::LeaseName;
+use gradfarm_proto::v1::deliver_reply::Outcome;
+use gradfarm_proto::v1::farm_client::FarmClient;
+use gradfarm_proto::v1::result_chunk::Part;
+use gradfarm_proto::{limits, v1};
+use tonic::Code;
+use tonic::transport::Channel;
+
+use crate::backoff::Backoff;
+
+/// A result on its way.
+#[derive(Clone, Debug)]
+pub(crate) struct Delivery {
+    pub(crate) worker: [u8; 16],
+    pub(crate) lease: LeaseName,
+    pub(crate) block: EncodedBlock,
+    pub(crate) load_seconds: f64,
+    pub(crate) compile_seconds: f64,
+    pub(crate) render_seconds: f64,
+}
+
+/// Delivers; returns once the coordinator has answered, whatever it said.
+pub(crate) async fn deliver(mut client: FarmClient<Channel>, delivery: Delivery) {
+    let mut backoff = Backoff::new();
+    let lease = delivery.lease;
+    loop {
+        match client.deliver(tokio_stream::iter(chunks(&delivery))).await {
+            Ok(reply) => {
+                let reply = reply.into_inner();
+                match reply.outcome() {
+                    Outcome::Accepted => tracing::debug!(unit = lease.unit, epoch = lease.epoch, "delivered"),
+                    Outcome::Superseded => tracing::info!(unit = lease.unit, epoch = lease.epoch, "superseded: result dropped"),
+                    Outcome::Refused | Outcome::Unspecified => {
+                        tracing::error!(unit = lease.unit, epoch = lease.epoch, reason = %reply.reason, "result refused");
+                    }
+                }
+                return;
+            }
+            // The coordinator will not understand it better the next time.
+            Err(status) if status.code() == Code::InvalidArgument => {
+                tracing::error!(unit = lease.unit, epoch = lease.epoch, reason = status.message(), "result not understood");
+                return;
+            }
+            Err(status) => tracing::debug!(unit = lease.unit, problem = %status, "result kept, trying again"),
+        }
+        tokio::time::sleep(backoff.wait()).await;
+    }
+}
+
+/// Header and data; the data is shared, not copied.
+fn chunks(delivery: &Delivery) -> Vec<v1::ResultChunk> {
+    let header = v1::ResultHeader {
+        worker: bytes::Bytes::copy_from_slice(&delivery.worker),
+        lease: Some(delivery.lease.into()),
+        digest: delivery.block.digest.to_bytes(),
+        size: delivery.block.size,
+        compressed_size: delivery.block.compressed.len() as u64,
+        load_seconds: delivery.load_seconds,
+        compile_seconds: delivery.compile_seconds,
+        render_seconds: delivery.render_seconds,
+    };
+    let mut chunks = vec![v1::ResultChunk { part: Some(Part::Header(header)) }];
+    let mut rest = delivery.block.compressed.clone();
+    while !rest.is_empty() {
+        let data = rest.split_to(rest.len().min(limits::CHUNK));
+        chunks.push(v1::ResultChunk { part: Some(Part::Data(data)) });
+    }
+    chunks
+}

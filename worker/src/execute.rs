@@ -1,0 +1,137 @@
+//! The rendering threads: each takes one unit at a time, renders it, encodes the block, and says how it went. A unit that panics fails
+//! alone.
+
+use std::any::Any;
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
+
+use gradfarm_core::plan::{Plan, WorkUnit};
+use gradfarm_core::render::render_unit;
+use gradfarm_core::scene::Scene;
+use gradfarm_proto::block::{self, EncodedBlock};
+use gradfarm_proto::convert::LeaseName;
+use tokio::sync::mpsc::UnboundedSender;
+
+use crate::error::Error;
+
+/// A unit with all it needs.
+#[derive(Clone)]
+pub(crate) struct Task {
+    pub(crate) lease: LeaseName,
+    pub(crate) unit: WorkUnit,
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) scene: Arc<Scene>,
+}
+
+/// What a rendering thread reports.
+#[derive(Debug)]
+pub(crate) enum Report {
+    /// It took the unit up.
+    Started { lease: LeaseName },
+    /// It is through with it.
+    Finished { lease: LeaseName, outcome: Result<EncodedBlock, String>, render_seconds: f64 },
+}
+
+/// The threads and their queue.
+pub(crate) struct Pool {
+    shared: Arc<Shared>,
+}
+
+#[derive(Default)]
+struct Shared {
+    queue: Mutex<Queue>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Queue {
+    tasks: VecDeque<Task>,
+    closed: bool,
+}
+
+impl Pool {
+    /// Starts the threads; they report to `reports` until the pool is dropped.
+    ///
+    /// # Errors
+    /// If the system gives no more threads.
+    pub(crate) fn start(threads: usize, reports: &UnboundedSender<Report>) -> Result<Self, Error> {
+        let pool = Self { shared: Arc::default() };
+        for k in 0..threads {
+            let (shared, reports) = (pool.shared.clone(), reports.clone());
+            let spawned = thread::Builder::new().name(format!("render-{k}")).spawn(move || work(&shared, &reports));
+            spawned.map_err(|source| Error::Io { what: format!("rendering thread {k}"), source })?;
+        }
+        Ok(pool)
+    }
+
+    /// Adds a unit at the end of the queue.
+    pub(crate) fn push(&self, task: Task) {
+        self.shared.lock().tasks.push_back(task);
+        self.shared.changed.notify_one();
+    }
+
+    /// Takes a unit out of the queue; whether it was still there.
+    pub(crate) fn remove(&self, lease: LeaseName) -> bool {
+        let mut queue = self.shared.lock();
+        let before = queue.tasks.len();
+        queue.tasks.retain(|task| task.lease != lease);
+        queue.tasks.len() < before
+    }
+}
+
+impl Drop for Pool {
+    /// Threads end after the unit they are at.
+    fn drop(&mut self) {
+        let mut queue = self.shared.lock();
+        queue.closed = true;
+        queue.tasks.clear();
+        self.shared.changed.notify_all();
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Queue> {
+        // Nothing panics while the queue is half changed.
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn next(&self) -> Option<Task> {
+        let mut queue = self.lock();
+        loop {
+            if queue.closed {
+                return None;
+            }
+            if let Some(task) = queue.tasks.pop_front() {
+                return Some(task);
+            }
+            queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+fn work(shared: &Shared, reports: &UnboundedSender<Report>) {
+    while let Some(task) = shared.next() {
+        if reports.send(Report::Started { lease: task.lease }).is_err() {
+            return;
+        }
+        let start = Instant::now();
+        // `render_unit` keeps nothing between calls, so a panic leaves nothing half done behind.
+        let rendered = catch_unwind(AssertUnwindSafe(|| render_unit(&task.scene, &task.plan, &task.unit)));
+        let render_seconds = start.elapsed().as_secs_f64();
+        let outcome = match rendered {
+            Ok(block) => block::encode(&block).map_err(|error| format!("encoding the block: {error}")),
+            Err(panic) => Err(format!("rendering panicked: {}", words(panic.as_ref()))),
+        };
+        if reports.send(Report::Finished { lease: task.lease, outcome, render_seconds }).is_err() {
+            return;
+        }
+    }
+}
+
+fn words(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a message")
+}

@@ -1,0 +1,114 @@
+//! `gradfarm-worker`: a worker as a process of its own.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use gradfarm_worker::Config;
+use tracing_subscriber::EnvFilter;
+
+/// Renders for a gradfarm coordinator.
+///
+/// The worker opens one connection to the coordinator, asks for as many units of work as it has threads, renders them and sends the
+/// results back. Nothing needs to reach the worker from outside. It keeps trying while the coordinator is away, and holds finished
+/// results until they are acknowledged. Ctrl-C or SIGTERM makes it finish the units it is at (10 s at most), hand the others back and
+/// exit with code 0; a second Ctrl-C stops it at once.
+///
+/// Exit codes: 0 stopped as told, 1 something failed, 2 wrong usage.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100, after_help = "Example: gradfarm-worker --coordinator http://127.0.0.1:7781 --threads 8")]
+struct Arguments {
+    /// Where the coordinator listens for workers.
+    #[arg(long, value_name = "URL", env = "GRADFARM_COORDINATOR", default_value = "http://127.0.0.1:7781")]
+    coordinator: String,
+    /// Rendering threads [default: one for each core].
+    #[arg(long, value_name = "N", env = "GRADFARM_THREADS")]
+    threads: Option<usize>,
+    /// Folder for scenes and assets by content; several workers may share it [default: gradfarm in the user's cache folder].
+    #[arg(long, value_name = "DIR", env = "GRADFARM_CACHE")]
+    cache: Option<PathBuf>,
+    /// Most room for that folder [GiB]; 0 keeps nothing on disk.
+    #[arg(long, value_name = "GIB", env = "GRADFARM_CACHE_SIZE", default_value_t = 32)]
+    cache_size: u32,
+    /// Compiled scenes to keep in memory.
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    scenes: usize,
+    /// Name for people [default: host name and process number].
+    #[arg(long, value_name = "NAME", env = "GRADFARM_NAME")]
+    name: Option<String>,
+    /// What to log: error, warn, info, debug or trace, or a list such as info,gradfarm_worker=debug.
+    #[arg(long, value_name = "FILTER", env = "GRADFARM_LOG", default_value = "info")]
+    log: String,
+    /// Log one JSON object a line.
+    #[arg(long)]
+    log_json: bool,
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    match start(Arguments::parse()).await {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            tracing::error!("{error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+async fn start(arguments: Arguments) -> anyhow::Result<()> {
+    let filter = EnvFilter::try_new(&arguments.log).map_err(|error| anyhow::anyhow!("log filter {:?}: {error}", arguments.log));
+    let builder = tracing_subscriber::fmt().with_writer(std::io::stderr).with_target(false);
+    match (filter, arguments.log_json) {
+        (Ok(filter), false) => builder.with_env_filter(filter).init(),
+        (Ok(filter), true) => builder.with_env_filter(filter).json().init(),
+        (Err(error), _) => {
+            builder.init();
+            return Err(error);
+        }
+    }
+    let threads = match arguments.threads {
+        Some(threads) => threads,
+        None => std::thread::available_parallelism()?.get(),
+    };
+    let mut config = Config::new(arguments.coordinator, arguments.name.unwrap_or_else(default_name), threads);
+    config.cache = (arguments.cache_size > 0).then(|| arguments.cache.or_else(default_cache)).flatten();
+    config.cache_bytes = u64::from(arguments.cache_size) << 30;
+    config.scenes = arguments.scenes;
+    tracing::info!(name = %config.name, threads, coordinator = %config.coordinator, cache = ?config.cache, "worker starts");
+    let told = stop_signal()?;
+    gradfarm_worker::run(config, told).await?;
+    tracing::info!("worker stopped");
+    Ok(())
+}
+
+fn default_name() -> String {
+    let host = std::fs::read_to_string("/proc/sys/kernel/hostname").ok().or_else(|| std::env::var("HOSTNAME").ok());
+    format!("{}-{}", host.as_deref().map_or("worker", str::trim), std::process::id())
+}
+
+fn default_cache() -> Option<PathBuf> {
+    let base = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+    base.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"))).map(|base| base.join("gradfarm"))
+}
+
+/// Ready when the worker is told to stop; a second Ctrl-C ends the process.
+fn stop_signal() -> std::io::Result<impl Future<Output = ()> + Send> {
+    #[cfg(unix)]
+    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+    Ok(async move {
+        #[cfg(unix)]
+        tokio::select! {
+            _ = tokio::signal::ctrl_c() => {}
+            _ = terminate.recv() => {}
+        }
+        #[cfg(not(unix))]
+        if tokio::signal::ctrl_c().await.is_err() {
+            return;
+        }
+        tokio::spawn(async {
+            if tokio::signal::ctrl_c().await.is_ok() {
+                std::process::exit(130);
+            }
+        });
+    })
+}
