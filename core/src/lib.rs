@@ -21,6 +21,7 @@ pub mod path;
 // storey 5: methods
 pub mod film;
 pub mod integrator;
+pub mod metrics;
 pub mod reconstruction;
 pub mod shift;
 // storey 6: composition
