@@ -48,6 +48,8 @@ enum AssembleError {
     Fold(#[from] gradfarm_core::film::FoldError),
     #[error(transparent)]
     Reconstruct(#[from] gradfarm_core::reconstruction::ReconstructError),
+    #[error("writing: {0}")]
+    Output(#[from] gradfarm_core::output::Error),
     #[error("the computation broke off: {0}")]
     Panicked(#[from] tokio::task::JoinError),
 }
@@ -75,6 +77,6 @@ impl Workshop {
 
     async fn assemble(&self, task: Task) -> Result<Assembled, AssembleError> {
         let stitched = stitch::stitch(&task, self.store.as_ref(), &self.blobs).await?;
-        finish::finish(task, stitched).await
+        finish::finish(task, stitched, &self.blobs).await
     }
 }
