@@ -7,3 +7,6 @@ mod reconnection;
 pub use half_vector::half_vector;
 pub use hybrid::HybridShift;
 pub use reconnection::{connect, reconnect};
+
+#[cfg(test)]
+mod tests;
