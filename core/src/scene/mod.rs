@@ -6,6 +6,7 @@ pub mod assets;
 mod compile;
 pub mod description;
 pub mod error;
+mod import;
 pub mod limits;
 mod mesh;
 pub mod read;

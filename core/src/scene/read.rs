@@ -5,6 +5,7 @@ use std::path::Path;
 use super::assets::{DirectoryAssets, read_bounded};
 use super::description::SceneDescription;
 use super::error::{Error, ErrorKind};
+use super::import::mitsuba;
 
 /// A scene read from disk.
 #[derive(Clone, Debug)]
@@ -17,7 +18,7 @@ pub struct Loaded {
     pub report: Vec<String>,
 }
 
-/// Loads the scene in `path`: `.json` is the native description.
+/// Loads the scene in `path`: `.json` is the native description, `.xml` a Mitsuba 3 scene.
 ///
 /// # Errors
 /// The file cannot be read, is of no known format, or is faulty.
@@ -25,7 +26,7 @@ pub fn load(path: impl AsRef<Path>) -> Result<Loaded, Error> {
     let path = path.as_ref();
     let file = path.display().to_string();
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if extension != "json" {
+    if !["json", "xml"].contains(&extension.as_str()) {
         return Err(Error::new(ErrorKind::Unsupported, &file, "", format!("the extension {extension:?}"), FORMATS));
     }
     let bytes = read_bounded(path, &file)?;
@@ -39,7 +40,11 @@ pub fn load(path: impl AsRef<Path>) -> Result<Loaded, Error> {
         _ => Path::new(".").to_path_buf(),
     };
     let assets = DirectoryAssets::new(folder);
-    Ok(Loaded { description: SceneDescription::from_json(&text, &file)?, assets, report: Vec::new() })
+    let (description, report) = match extension.as_str() {
+        "xml" => mitsuba::import(&text, &file)?,
+        _ => (SceneDescription::from_json(&text, &file)?, Vec::new()),
+    };
+    Ok(Loaded { description, assets, report })
 }
 
-const FORMATS: &str = "a native scene (.json)";
+const FORMATS: &str = "a native scene (.json) or a Mitsuba 3 scene (.xml)";
