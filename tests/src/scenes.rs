@@ -5,6 +5,9 @@ use gradfarm_core::math::Ray;
 use gradfarm_core::plan::{Plan, Request, resolve};
 use gradfarm_core::scene::{Error, NoAssets, Scene, SceneDescription};
 
+/// Radiance along a ray over paths of at most so many edges.
+type Radiance = dyn Fn(&Ray, u32) -> [f64; 3] + Sync;
+
 /// A scene and what the camera must see in it.
 pub struct ClosedForm {
     /// Its name, for messages.
@@ -16,7 +19,7 @@ pub struct ClosedForm {
     /// Longest paths [edges] at which the closed form is worth testing.
     pub depths: &'static [u32],
     /// Radiance that arrives along a camera ray over paths of at most so many edges, per channel.
-    radiance: Box<dyn Fn(&Ray, u32) -> [f64; 3] + Sync>,
+    radiance: Box<Radiance>,
 }
 
 /// Sub-pixel positions a side over which closed forms are averaged.

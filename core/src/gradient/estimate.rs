@@ -1,13 +1,11 @@
 //! The gradient of one base path towards one neighbour: walks base and offset side by side and adds the joints' differences.
 
 use super::pair::Pair;
-use crate::integrator::sees;
 use crate::light::LightPoint;
 use crate::material::Evaluation;
 use crate::math::Vec3;
-use crate::path::{Joint, OffsetEnd, OffsetSubpath, Step, Strategy, Subpath, Vertex};
+use crate::path::{Joint, OffsetEnd, OffsetSubpath, Step, Strategy, Subpath, Vertex, connect, sees};
 use crate::scene::Scene;
-use crate::shift::connect;
 use crate::spectrum::Spectrum;
 
 /// Estimate of (neighbour − this pixel) from one base path, and the shadow rays that it took.

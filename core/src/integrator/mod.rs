@@ -3,4 +3,3 @@
 mod path;
 
 pub use path::PathIntegrator;
-pub(crate) use path::sees;

@@ -4,8 +4,8 @@
 //! Kajiya, "The Rendering Equation", SIGGRAPH 1986; multiple importance sampling by Veach and Guibas, SIGGRAPH 1995, balance heuristic.
 
 use crate::light::LightPoint;
-use crate::math::{Ray, segment};
-use crate::path::{FirstSurface, Integrator, Joint, Step, Strategy, Subpath, Vertex};
+use crate::math::Ray;
+use crate::path::{FirstSurface, Integrator, Joint, Step, Strategy, Subpath, Vertex, sees};
 use crate::sampling::{Dimension, SampleStream};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -116,14 +116,6 @@ impl PathIntegrator {
             survival: 1.0,
         })
     }
-}
-
-/// Whether nothing lies between a vertex and a light point.
-#[inline]
-pub(crate) fn sees(scene: &Scene, vertex: &Vertex, point: &LightPoint) -> bool {
-    let ray =
-        if point.infinite { vertex.leave(point.position) } else { segment(vertex.end(), (point.position, point.error, point.normal)) };
-    !scene.world.occluded(&ray)
 }
 
 /// The joint of a step that met a light.

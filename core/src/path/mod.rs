@@ -3,12 +3,14 @@
 //! A path is a *camera subpath* (vertices and the steps between them) and the *joints* by which it becomes full paths that end
 //! on a light. The subpath is cached whole before anything is shifted. Drawing knows nothing of shifting and the reverse.
 
+mod connection;
 mod integrator;
 mod offset;
 mod shift;
 mod subpath;
 mod vertex;
 
+pub use connection::{connect, sees, turn};
 pub use integrator::Integrator;
 pub use offset::{OffsetEnd, OffsetStep, OffsetSubpath, ShiftFailure};
 pub use shift::ShiftMap;

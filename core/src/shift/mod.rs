@@ -6,7 +6,7 @@ mod reconnection;
 
 pub use half_vector::half_vector;
 pub use hybrid::HybridShift;
-pub use reconnection::{connect, reconnect};
+pub use reconnection::reconnect;
 
 #[cfg(test)]
 mod tests;

@@ -6,10 +6,8 @@
 
 use super::*;
 use crate::gradient::difference;
-use crate::integrator::sees;
 use crate::light::LightPoint;
-use crate::path::{Joint, Strategy};
-use crate::shift::connect;
+use crate::path::{Joint, Strategy, connect, sees};
 use crate::spectrum::Spectrum;
 
 /// Splits the joints of `base` into those that the shift maps, and gives `image` the joints that they map to.
