@@ -227,3 +227,20 @@ fn the_schema_knows_what_the_reader_knows() {
     let wrong: serde_json::Value = serde_json::from_str(&SMALL.replace("radius", "radios")).unwrap();
     assert!(keys_are_known(&wrong, &schema, &schema, "").is_err());
 }
+
+#[test]
+fn our_own_scenes_are_sound() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenes");
+    let schema = json_schema();
+    let scenes: [(&str, &[&str]); 3] = [("cornell-box", &[]), ("door-ajar", &[]), ("hall", &["column.obj", "urn.ply"])];
+    for (name, assets) in scenes {
+        let path = folder.join(name).with_extension("json");
+        let loaded = super::load(&path).unwrap();
+        assert_eq!(loaded.description.assets(), assets);
+        let written: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        keys_are_known(&written, &schema, &schema, name).unwrap();
+        let scene = super::Scene::compile(&loaded.description, &loaded.assets).unwrap();
+        assert!(!scene.lights.is_empty(), "{name} is dark");
+        assert!(scene.world.bounds().radius() < 100.0, "{name} is larger than a building");
+    }
+}
