@@ -12,23 +12,34 @@ pub enum Error {
     /// The PNG library refused.
     #[error("PNG: {0}")]
     Png(#[from] ::png::EncodingError),
+    /// The finished file could not be handed on.
+    #[error("writing: {0}")]
+    Write(#[from] std::io::Error),
     /// A layer that the file does not have.
-    #[error("the file has no channel `{wanted}`; it has {found}")]
-    MissingChannel {
+    #[error("the file has no channels {wanted}; it has {found}")]
+    MissingChannels {
         /// What was looked for.
         wanted: String,
         /// What there is.
         found: String,
     },
-    /// A file larger than this program reads.
-    #[error("the file holds {width}×{height} pixels in {channels} channels, at most {most} values are read")]
-    TooLarge {
+    /// A file with channels of fewer values than pixels.
+    #[error("channel `{channel}` has a value every {across}×{down} pixels, only channels with a value in each pixel are read")]
+    Subsampled {
+        /// Which channel.
+        channel: String,
+        /// Distance of its values [columns].
+        across: usize,
+        /// Distance of its values [rows].
+        down: usize,
+    },
+    /// An image without pixels, or larger than files may be.
+    #[error("the image is {width}×{height}, between 1 and {most} pixels can be read and written")]
+    Pixels {
         /// Columns.
         width: usize,
         /// Rows.
         height: usize,
-        /// Channels of the layer.
-        channels: usize,
         /// Limit on their product.
         most: usize,
     },
@@ -53,5 +64,11 @@ pub enum Error {
         layer: String,
         /// How many it has.
         found: usize,
+    },
+    /// Two layers of one name.
+    #[error("layer `{layer}` is given twice, names of layers must differ")]
+    Twice {
+        /// Which layer.
+        layer: String,
     },
 }
