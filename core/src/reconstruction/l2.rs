@@ -18,30 +18,35 @@ impl Reconstruct for L2 {
 
     fn solve(&self, measurements: &Measurements, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
         let extent = measurements.extent;
-        let (w, h) = (extent.width as usize, extent.height as usize);
         let mut image = Image::new(extent, 3);
-        if w == 0 || h == 0 {
-            return Ok((image, SolveReport::default()));
-        }
-        let screen = f64::from(alpha) * f64::from(alpha);
-        let transform = Dct2::new(w, h);
         for c in 0..3 {
-            let mut b = right_hand_side(measurements, c, screen);
-            transform.forward(&mut b);
-            // Transposed: columns of the image are rows here.
-            let (ex, ey) = (eigenvalues(w), eigenvalues(h));
-            b.par_chunks_mut(h).zip(&ex).for_each(|(column, ex)| {
-                for (v, ey) in column.iter_mut().zip(&ey) {
-                    *v /= screen + ex + ey;
-                }
-            });
-            transform.inverse(&mut b);
-            for (v, x) in image.plane_mut(c).iter_mut().zip(&b) {
-                *v = *x as f32;
+            for (v, x) in image.plane_mut(c).iter_mut().zip(solve_channel(measurements, c, alpha)) {
+                *v = x as f32;
             }
         }
         Ok((image, SolveReport::default()))
     }
+}
+
+/// One channel of the image, before it is rounded.
+pub(super) fn solve_channel(measurements: &Measurements, channel: usize, alpha: f32) -> Vec<f64> {
+    let (w, h) = (measurements.extent.width as usize, measurements.extent.height as usize);
+    let screen = f64::from(alpha) * f64::from(alpha);
+    let mut b = right_hand_side(measurements, channel, screen);
+    if b.is_empty() {
+        return b;
+    }
+    let transform = Dct2::new(w, h);
+    transform.forward(&mut b);
+    // Transposed: columns of the image are rows here.
+    let (ex, ey) = (eigenvalues(w), eigenvalues(h));
+    b.par_chunks_mut(h).zip(&ex).for_each(|(column, ex)| {
+        for (v, ey) in column.iter_mut().zip(&ey) {
+            *v /= screen + ex + ey;
+        }
+    });
+    transform.inverse(&mut b);
+    b
 }
 
 /// α² P + ∇ᵀG of one channel.

@@ -127,21 +127,140 @@ fn l1_is_near_its_minimum() {
     }
 }
 
+/// An operator whose weights jump by a factor of a thousand from edge to edge.
+fn jumping(w: usize, h: usize) -> stencil::Stencil {
+    let mut stencil = stencil::Stencil::new(w, h);
+    let jump = |k: usize| if noise(k, 9) > 0.0 { 1.0 } else { 1e-3 };
+    stencil.screen.fill(0.01);
+    for y in 0..h {
+        for x in 0..w {
+            let i = y * w + x;
+            stencil.wx[i] = if x + 1 < w { jump(i) } else { 0.0 };
+            stencil.wy[i] = if y > 0 { jump(i + w * h) } else { 0.0 };
+        }
+    }
+    stencil
+}
+
 #[test]
 fn multigrid_converges_fast_where_weights_jump() {
-    let (w, h) = (96, 64);
-    let n = w * h;
-    let jump = |k: usize| if noise(k, 9) > 0.0 { 1.0 } else { 1e-3 };
-    let mut stencil =
-        solver::Stencil { width: w, height: h, screen: vec![0.01; n], wx: (0..n).map(jump).collect(), wy: (n..2 * n).map(jump).collect() };
-    for y in 0..h {
-        stencil.wx[y * w + w - 1] = 0.0;
+    for (w, h) in [(96, 64), (67, 41), (1, 130), (130, 1), (2, 2)] {
+        let stencil = jumping(w, h);
+        let b = field::Field::from_image(&random(Extent { width: w as u32, height: h as u32 }, 3, 1.0));
+        let solve = |multigrid: bool, most| {
+            let mut hierarchy = multigrid::Hierarchy::new(w, h);
+            hierarchy.adapt(&stencil);
+            let mut x = field::Field::new(w, h);
+            let solved = solver::ConjugateGradients::new(w, h).solve(&stencil, multigrid.then_some(&mut hierarchy), &b, &mut x, 1e-5, most);
+            (x, solved)
+        };
+        let (x, solved) = solve(true, 200);
+        assert!(solved.residual <= 1e-5 && solved.iterations < 80, "{w}×{h}: {solved:?}");
+        let (reference, plain) = solve(false, 5000);
+        assert!(plain.residual <= 1e-5);
+        assert!(w * h < 1000 || solved.iterations * 2 < plain.iterations, "{w}×{h}: {solved:?} against {plain:?}");
+        for c in 0..3 {
+            for y in 0..h {
+                assert!(x.row(y, c).iter().zip(reference.row(y, c)).all(|(a, b)| (a - b).abs() < 2e-2), "{w}×{h}");
+            }
+        }
     }
-    stencil.wy[n - w..].fill(0.0);
-    let b: Vec<f32> = (0..n).map(|k| noise(k, 3)).collect();
-    let mut x = vec![0.0; n];
-    let (iterations, residual) = solver::conjugate_gradients(&stencil, &mut multigrid::Hierarchy::new(&stencil), &b, &mut x, 1e-5, 200);
-    assert!(residual <= 1e-5 && iterations < 60, "{iterations} iterations to {residual:e}");
+}
+
+#[test]
+fn l1_falls_with_each_reweighting_and_ends_near_the_long_way() {
+    let extent = Extent { width: 40, height: 33 };
+    let truth = picture(extent);
+    let (mut dx, mut dy) = differences(&truth);
+    let mut p = truth.clone();
+    for (k, v) in p.data_mut().iter_mut().enumerate() {
+        *v += noise(k, 1) + if k % 97 == 0 { 8.0 } else { 0.0 };
+    }
+    for (k, v) in dx.data_mut().iter_mut().chain(dy.data_mut()).enumerate() {
+        *v += 0.05 * noise(k, 2) + if k % 61 == 0 { 3.0 * noise(k, 4) } else { 0.0 };
+    }
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    let mut course = Vec::new();
+    let effort = l1::Effort { reweightings: 24, iterations: 2, settled: 0.0, multigrid: true };
+    l1::minimise(&m, 0.2, &effort, |objective| course.push(objective)).unwrap();
+    assert!(course.len() > 10 && course.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-6)), "{course:?}");
+    // The long way: plain conjugate gradients, every system to the end.
+    let long = l1::Effort { reweightings: 24, iterations: 2000, settled: 0.0, multigrid: false };
+    let (reference, _) = l1::minimise(&m, 0.2, &long, |_| {}).unwrap();
+    let (image, report) = l1::L1.solve(&m, 0.2).unwrap();
+    assert!(report.iterations > 0 && report.residual.is_finite());
+    let least = l1::objective(&m, &reference, 0.2);
+    let start = l1::objective(&m, &l2::L2.solve(&m, 0.2).unwrap().0, 0.2);
+    let reached = l1::objective(&m, &image, 0.2);
+    assert!(reached - least < 0.1 * (start - least), "{start} → {reached}, least {least}");
+}
+
+/// Image of the least squares by dense Gaussian elimination in f64.
+fn dense(m: &Measurements, channel: usize, alpha: f64) -> Vec<f64> {
+    let (w, h) = (m.extent.width as usize, m.extent.height as usize);
+    let n = w * h;
+    let mut rows = vec![vec![0.0f64; n + 1]; n];
+    let mut measure = |terms: &[(usize, f64)], value: f64| {
+        for (i, a) in terms {
+            for (j, b) in terms {
+                rows[*i][*j] += a * b;
+            }
+            rows[*i][n] += a * value;
+        }
+    };
+    for y in 0..h {
+        for x in 0..w {
+            let i = y * w + x;
+            measure(&[(i, alpha)], alpha * f64::from(m.primal.plane(channel)[i]));
+            if x + 1 < w {
+                measure(&[(i, -1.0), (i + 1, 1.0)], f64::from(m.dx.plane(channel)[i]));
+            }
+            if y + 1 < h {
+                measure(&[(i, -1.0), (i + w, 1.0)], f64::from(m.dy.plane(channel)[i]));
+            }
+        }
+    }
+    // Positive definite, so no pivoting.
+    for k in 0..n {
+        for i in k + 1..n {
+            let factor = rows[i][k] / rows[k][k];
+            for j in k..=n {
+                rows[i][j] -= factor * rows[k][j];
+            }
+        }
+    }
+    let mut solution = vec![0.0; n];
+    for k in (0..n).rev() {
+        let rest: f64 = (k + 1..n).map(|j| rows[k][j] * solution[j]).sum();
+        solution[k] = (rows[k][n] - rest) / rows[k][k];
+    }
+    solution
+}
+
+#[test]
+fn l2_agrees_with_dense_elimination() {
+    for (w, h) in [(1, 1), (1, 7), (11, 1), (7, 5), (8, 8), (13, 11)] {
+        let extent = Extent { width: w, height: h };
+        let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
+        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+        for alpha in [0.05f32, 0.2, 3.0] {
+            for c in 0..3 {
+                let solved = l2::solve_channel(&m, c, alpha);
+                let expected = dense(&m, c, f64::from(alpha));
+                assert!(solved.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9), "{w}×{h}, alpha {alpha}");
+            }
+        }
+    }
+}
+
+#[test]
+fn l2_tends_to_the_primal_as_alpha_grows() {
+    let extent = Extent { width: 10, height: 6 };
+    let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    let distance = |alpha| worst(&l2::L2.solve(&m, alpha).unwrap().0, &p);
+    let distances = [1.0, 10.0, 1000.0].map(distance);
+    assert!(distances[0] > 0.2 && distances[1] < 0.1 && distances[2] < 1e-5, "{distances:?}");
 }
 
 #[test]

@@ -1,0 +1,111 @@
+//! Three channels of a frame in the layout that the iterative solver walks through: row by row, the channels of a row side by side.
+//!
+//! A band of rows is then one run of memory, so threads share work by bands; the bands have one height, and sums over them are added
+//! in their order, so nothing depends on how many threads there are.
+
+use crate::film::Image;
+use rayon::prelude::*;
+
+/// Rows of one band.
+const BAND: usize = 16;
+/// Accumulators of an inner product: fixed, so that its rounding is.
+const LANES: usize = 8;
+
+/// Values of three channels.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Field {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    values: Vec<f32>,
+}
+
+/// The values of one channel in one row, and which row and channel that is.
+pub(super) struct Row<'a> {
+    pub(super) y: usize,
+    pub(super) channel: usize,
+    pub(super) values: &'a mut [f32],
+}
+
+impl Field {
+    pub(super) fn new(width: usize, height: usize) -> Self {
+        Self { width, height, values: vec![0.0; 3 * width * height] }
+    }
+
+    pub(super) fn from_image(image: &Image) -> Self {
+        let (width, height) = (image.extent().width as usize, image.extent().height as usize);
+        let mut field = Self::new(width, height);
+        field.each_row(|row| row.values.copy_from_slice(&image.plane(row.channel)[row.y * width..(row.y + 1) * width]));
+        field
+    }
+
+    pub(super) fn copy_to(&self, image: &mut Image) {
+        for c in 0..3 {
+            for (y, row) in image.plane_mut(c).chunks_mut(self.width.max(1)).enumerate() {
+                row.copy_from_slice(self.row(y, c));
+            }
+        }
+    }
+
+    /// One channel of one row.
+    #[inline]
+    pub(super) fn row(&self, y: usize, channel: usize) -> &[f32] {
+        let start = (3 * y + channel) * self.width;
+        &self.values[start..start + self.width]
+    }
+
+    /// Calls `f` for every row and channel, bands in parallel.
+    pub(super) fn each_row(&mut self, f: impl Fn(Row) + Sync) {
+        self.sum_rows(|row| {
+            f(row);
+            0.0
+        });
+    }
+
+    /// Calls `f` for every row and channel and adds up what it returns, by channel.
+    pub(super) fn sum_rows(&mut self, f: impl Fn(Row) -> f64 + Sync) -> [f64; 3] {
+        let width = self.width;
+        let band = |(k, values): (usize, &mut [f32])| {
+            let mut sums = [0.0; 3];
+            for (line, values) in values.chunks_mut(width).enumerate() {
+                let (y, channel) = (k * BAND + line / 3, line % 3);
+                sums[channel] += f(Row { y, channel, values });
+            }
+            sums
+        };
+        let bands: Vec<[f64; 3]> = self.values.par_chunks_mut((3 * width * BAND).max(1)).enumerate().map(band).collect();
+        total(&bands)
+    }
+
+    /// Inner products with another field, by channel.
+    pub(super) fn dot(&self, other: &Field) -> [f64; 3] {
+        let width = self.width;
+        let band = |(a, b): (&[f32], &[f32])| {
+            let mut sums = [0.0; 3];
+            for (line, (a, b)) in a.chunks(width).zip(b.chunks(width)).enumerate() {
+                sums[line % 3] += dot(a, b);
+            }
+            sums
+        };
+        let length = (3 * width * BAND).max(1);
+        let bands: Vec<[f64; 3]> = self.values.par_chunks(length).zip(other.values.par_chunks(length)).map(band).collect();
+        total(&bands)
+    }
+}
+
+fn total(bands: &[[f64; 3]]) -> [f64; 3] {
+    bands.iter().fold([0.0; 3], |sum, band| std::array::from_fn(|c| sum[c] + band[c]))
+}
+
+/// Inner product of two rows in f64.
+#[inline]
+pub(super) fn dot(a: &[f32], b: &[f32]) -> f64 {
+    let mut lanes = [0.0f64; LANES];
+    let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = a_blocks.remainder().iter().zip(b_blocks.remainder()).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
+    for (a, b) in a_blocks.zip(b_blocks) {
+        for k in 0..LANES {
+            lanes[k] += f64::from(a[k]) * f64::from(b[k]);
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
