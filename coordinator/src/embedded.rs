@@ -33,7 +33,8 @@ fn share_out(cores: usize, workers: usize, each: Option<usize>) -> Vec<usize> {
 pub struct Farm {
     handle: Handle,
     grpc: SocketAddr,
-    stop: watch::Sender<bool>,
+    stop_workers: watch::Sender<bool>,
+    stop_service: watch::Sender<bool>,
     service: JoinHandle<Result<(), Error>>,
     broken: bool,
     workers: JoinSet<Result<(), gradfarm_worker::Error>>,
@@ -49,14 +50,15 @@ impl Farm {
         let grpc = listener.local_addr().map_err(io)?;
         let service = Service::open(config).await?;
         let handle = service.handle();
-        let (stop, stopping) = watch::channel(false);
-        let service = tokio::spawn(service.run(listener, wait(stopping.clone())));
+        let (stop_service, stopping) = watch::channel(false);
+        let service = tokio::spawn(service.run(listener, wait(stopping)));
+        let (stop_workers, stopping) = watch::channel(false);
         let mut workers = JoinSet::new();
         for (k, threads) in threads.iter().enumerate() {
             let config = gradfarm_worker::Config::new(format!("http://{grpc}"), format!("embedded-{}", k + 1), *threads);
             workers.spawn(gradfarm_worker::run(config, wait(stopping.clone())));
         }
-        Ok(Self { handle, grpc, stop, service, broken: false, workers })
+        Ok(Self { handle, grpc, stop_workers, stop_service, service, broken: false, workers })
     }
 
     /// The same on a free port of loopback, with a state that need not survive a power cut: for one render.
@@ -100,8 +102,9 @@ impl Farm {
     /// # Errors
     /// If the service could not write its state at the end.
     pub async fn stop(mut self) -> Result<(), Error> {
-        self.stop.send_replace(true);
+        self.stop_workers.send_replace(true);
         while self.workers.join_next().await.is_some() {}
+        self.stop_service.send_replace(true);
         if self.broken {
             return Ok(());
         }

@@ -1,5 +1,7 @@
 //! Log output: one subscriber for the whole process, to standard error.
 
+use std::io::IsTerminal;
+
 use tracing_subscriber::EnvFilter;
 
 /// How log lines look.
@@ -21,6 +23,7 @@ pub fn start(filter: &str, format: Format) -> Result<(), String> {
     let chosen = std::env::var("GRADFARM_LOG").unwrap_or_else(|_| filter.to_owned());
     let filter = EnvFilter::try_new(&chosen).map_err(|error| format!("log filter {chosen:?}: {error}"))?;
     let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    let builder = builder.with_ansi(std::io::stderr().is_terminal());
     // Only the first subscriber of a process counts; tests and embedded workers may call this again.
     let _already_set = match format {
         Format::Text => builder.try_init(),

@@ -1,5 +1,6 @@
-//! What the tests of the whole system share: statistics, scenes with closed forms, and frames rendered without a farm.
+//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, and the programs.
 
 pub mod frame;
+pub mod programs;
 pub mod scenes;
 pub mod statistics;

@@ -147,7 +147,7 @@ impl From<Error> for Problem {
             Error::NoJob(_) | Error::NoFrame { .. } => Self::not_found(detail),
             Error::NotReady { .. } | Error::Over { .. } | Error::TokenReused { .. } => Self::conflict(detail),
             Error::Invalid { what, .. } => Self::field(what, detail),
-            Error::Scene(_) => Self::unprocessable("scene", "The scene is wrong", detail),
+            Error::Scene(fault) => fault.into(),
             Error::Plan(_) | Error::Units(_) => Self::unprocessable("plan", "The scene cannot be rendered as asked", detail),
             Error::Unlisted { names } => Self::missing_assets(&names),
             Error::MissingAssets { digests } => {

@@ -39,26 +39,23 @@ impl Compare {
     pub(super) fn run(&self) -> Result<(), Error> {
         let image = read(&self.image)?;
         let reference = read(&self.reference)?;
-        let (a, b) = (image.extent(), reference.extent());
-        if a != b {
-            let (image, reference) = (self.image.display(), self.reference.display());
-            return Err(Error::Usage(format!(
-                "images differ in size: {image} is {} × {}, {reference} is {} × {}",
-                a.width, a.height, b.width, b.height
-            )));
-        }
-        let relmse = metrics::rel_mse(&image, &reference);
-        let rmse = metrics::rmse(&image, &reference);
-        let mean_error = metrics::mean_error(&image, &reference);
-        let flip = metrics::flip(&image, &reference);
+        let measure = |measure: fn(&Image, &Image) -> Result<f64, metrics::MetricError>| {
+            let differ = |fault| Error::Usage(format!("{} and {}: {fault}", self.image.display(), self.reference.display()));
+            measure(&image, &reference).map_err(differ)
+        };
+        let relmse = measure(metrics::rel_mse)?;
+        let rmse = measure(metrics::rmse)?;
+        let mean_error = measure(metrics::mean_error)?;
+        let flip = measure(metrics::flip)?;
+        let extent = image.extent();
         if self.json {
             return terminal::json(&json!({
                 "relmse": relmse,
                 "rmse": rmse,
                 "mean_error": mean_error,
                 "flip": flip,
-                "width": a.width,
-                "height": a.height,
+                "width": extent.width,
+                "height": extent.height,
             }));
         }
         terminal::line(format_args!("relMSE      {relmse:.6e}"))?;
@@ -69,5 +66,7 @@ impl Compare {
 }
 
 fn read(path: &Path) -> Result<Image, Error> {
-    exr::read_rgb(path).map_err(|fault| Error::Usage(format!("{}: {fault}", path.display())))
+    let unreadable = |fault: &dyn std::fmt::Display| Error::Usage(format!("{}: {fault}", path.display()));
+    let bytes = std::fs::read(path).map_err(|fault| unreadable(&fault))?;
+    exr::read_rgb(&bytes).map_err(|fault| unreadable(&fault))
 }

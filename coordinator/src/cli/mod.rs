@@ -2,6 +2,7 @@
 
 mod cancel;
 mod client;
+mod compare;
 mod error;
 mod files;
 mod follow;
@@ -55,6 +56,8 @@ enum Command {
     Cancel(cancel::Cancel),
     /// Fetch a finished image
     Pull(pull::Pull),
+    /// Measure how far one image is from another
+    Compare(compare::Compare),
     /// Tell what would be done with a scene, and why
     Plan(plan::Plan),
     /// Print the JSON Schema of scenes
@@ -83,6 +86,7 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Watch(command) => wait_for(command.run()),
         Command::Cancel(command) => wait_for(command.run()),
         Command::Pull(command) => wait_for(command.run()),
+        Command::Compare(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Schema(command) => command.run(),
     }
