@@ -50,12 +50,43 @@ mod tests {
         assert_eq!(byte(0.002), 7);
     }
 
+    /// Width, height and bytes of a file.
+    fn decoded(file: &[u8]) -> (u32, u32, Vec<u8>) {
+        let mut reader = ::png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        assert_eq!((info.color_type, info.bit_depth), (::png::ColorType::Rgb, ::png::BitDepth::Eight));
+        (info.width, info.height, bytes)
+    }
+
+    /// The inverse of the sRGB curve, in double precision.
+    fn linear(byte: f64) -> f32 {
+        let v = byte / 255.0;
+        (if v <= 0.040_45 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }) as f32
+    }
+
     #[test]
-    fn files_start_as_png_and_repeat() {
+    fn every_byte_is_reached_and_rounding_is_to_the_nearest() {
+        for wanted in 0..=255u8 {
+            let nearby = [-0.49, 0.0, 0.49].map(|d| byte(linear((f64::from(wanted) + d).max(0.0))));
+            assert_eq!(nearby, [wanted; 3]);
+        }
+    }
+
+    #[test]
+    fn pixels_and_channels_keep_their_places() {
+        let image =
+            Image::from_planes(Extent { width: 2, height: 1 }, 3, [10.0, 20.0, 30.0, 40.0, 50.0, 60.0].map(linear).to_vec()).unwrap();
+        assert_eq!(decoded(&encode(&image, 1.0).unwrap()), (2, 1, vec![10, 30, 50, 20, 40, 60]));
+        let grey = Image::from_planes(Extent { width: 1, height: 2 }, 1, vec![linear(200.0) / 4.0, f32::NAN]).unwrap();
+        assert_eq!(decoded(&encode(&grey, 4.0).unwrap()), (1, 2, vec![200, 200, 200, 0, 0, 0]));
+    }
+
+    #[test]
+    fn files_repeat_and_what_has_no_picture_is_refused() {
         let image = Image::from_planes(Extent { width: 2, height: 1 }, 3, vec![0.0, 1.0, 0.5, 0.5, 0.2, 0.1]).unwrap();
-        let bytes = encode(&image, 1.0).unwrap();
-        assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
-        assert_eq!(bytes, encode(&image, 1.0).unwrap());
-        assert!(encode(&Image::new(Extent { width: 1, height: 1 }, 2), 1.0).is_err());
+        assert_eq!(encode(&image, 1.0).unwrap(), encode(&image, 1.0).unwrap());
+        assert!(matches!(encode(&Image::new(Extent { width: 1, height: 1 }, 2), 1.0), Err(Error::Channels { found: 2, .. })));
+        assert!(matches!(encode(&Image::new(Extent { width: 0, height: 1 }, 3), 1.0), Err(Error::Png(_))));
     }
 }
