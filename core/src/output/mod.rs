@@ -33,6 +33,12 @@ pub enum Error {
         /// Distance of its values [rows].
         down: usize,
     },
+    /// A file whose compression is not read.
+    #[error("the file has {found}, only none, RLE, ZIP, PIZ and PXR24 are read")]
+    Compression {
+        /// How it is compressed.
+        found: String,
+    },
     /// An image without pixels, or larger than files may be.
     #[error("the image is {width}×{height}, between 1 and {most} pixels can be read and written")]
     Pixels {

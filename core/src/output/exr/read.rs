@@ -6,13 +6,13 @@ use crate::lattice::Extent;
 use crate::output::Error;
 use ::exr::meta::MetaData;
 use ::exr::meta::header::Header;
-use ::exr::prelude::{AttributeValue, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
+use ::exr::prelude::{AttributeValue, Compression, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
 use std::io::Cursor;
 
 /// Reads the default RGB of an OpenEXR file.
 ///
 /// # Errors
-/// If it is no OpenEXR file, is too large, is subsampled, or has no channels R, G and B.
+/// If it is no OpenEXR file, is too large, is subsampled, is compressed as DWA or B44, or has no channels R, G and B.
 pub fn read_rgb(bytes: &[u8]) -> Result<Image, Error> {
     read_first(bytes, "", &[&["R", "G", "B"]])
 }
@@ -20,7 +20,7 @@ pub fn read_rgb(bytes: &[u8]) -> Result<Image, Error> {
 /// Reads a layer: its channels R, G, B or X, Y, Z as three planes, else Y or Z as one. `""` is the default layer.
 ///
 /// # Errors
-/// If it is no OpenEXR file, is too large, is subsampled, or has no such layer.
+/// As [`read_rgb`], and if it has no such layer.
 pub fn read_layer(bytes: &[u8], layer: &str) -> Result<Image, Error> {
     read_first(bytes, layer, &[&["R", "G", "B"], &["X", "Y", "Z"], &["Y"], &["Z"]])
 }
@@ -74,6 +74,11 @@ fn channel_names(header: &Header) -> impl Iterator<Item = String> + '_ {
 /// Sizes stand in the header: they are looked at before anything of that size is allocated.
 fn check(header: &Header) -> Result<(), Error> {
     check_pixels(header.layer_size.x(), header.layer_size.y())?;
+    match header.compression {
+        Compression::Uncompressed | Compression::RLE | Compression::ZIP1 | Compression::ZIP16 | Compression::PIZ | Compression::PXR24 => {}
+        // The library's decoders of these panic on broken files, or allocate what such a file says.
+        other => return Err(Error::Compression { found: other.to_string() }),
+    }
     match header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         Some(channel) => Err(Error::Subsampled {
             channel: String::from_utf8_lossy(channel.name.as_slice()).into_owned(),
@@ -85,6 +90,8 @@ fn check(header: &Header) -> Result<(), Error> {
 }
 
 /// Reads only these channels, three or one, whatever else the file holds.
+///
+/// On one thread: a panic of the library on one of its own threads would end the process.
 fn read_set(bytes: &[u8], set: &[String]) -> Result<Image, Error> {
     let bytes = Cursor::new(bytes);
     let extent = |size: Vec2<usize>| Extent { width: size.x() as u32, height: size.y() as u32 };
@@ -96,12 +103,12 @@ fn read_set(bytes: &[u8], set: &[String]) -> Result<Image, Error> {
             };
             let channels = channels.required(text(a)).required(text(b)).required(text(c));
             let pixels = channels.collect_pixels(|size, _| Image::new(extent(size), 3), set_three);
-            pixels.first_valid_layer().all_attributes().from_buffered(bytes)?.layer_data.channel_data.pixels
+            pixels.first_valid_layer().all_attributes().non_parallel().from_buffered(bytes)?.layer_data.channel_data.pixels
         }
         _ => {
             let set_one = |image: &mut Image, at: Vec2<usize>, (a,): (f32,)| image.set(at.x() as u32, at.y() as u32, 0, a);
             let pixels = channels.required(text(&set[0])).collect_pixels(|size, _| Image::new(extent(size), 1), set_one);
-            pixels.first_valid_layer().all_attributes().from_buffered(bytes)?.layer_data.channel_data.pixels
+            pixels.first_valid_layer().all_attributes().non_parallel().from_buffered(bytes)?.layer_data.channel_data.pixels
         }
     })
 }

@@ -171,6 +171,15 @@ fn headers_that_ask_too_much_are_refused_before_allocating() {
 }
 
 #[test]
+fn compressions_with_unsafe_decoders_are_refused() {
+    let lossy = Encoding { compression: Compression::B44, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    assert_eq!(
+        read_rgb(&foreign(lossy)).unwrap_err().to_string(),
+        "the file has b44 compression, only none, RLE, ZIP, PIZ and PXR24 are read"
+    );
+}
+
+#[test]
 fn layers_that_do_not_fit_are_not_written() {
     let (a, small, two) = (three(0), Image::new(Extent { width: 2, height: 2 }, 3), image(EXTENT, 2, 0));
     let refusal = |image: &Image, named: &[(&'static str, &Image)]| {
