@@ -1,5 +1,7 @@
-//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, and the programs.
+//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, the programs, and a
+//! farm of separate processes.
 
+pub mod farm;
 pub mod frame;
 pub mod programs;
 pub mod scenes;

@@ -66,9 +66,9 @@ pub(crate) async fn keep(url: String, client: FarmClient<Channel>, news: mpsc::S
             return;
         }
         if told {
-            tracing::debug!(problem = %status, "coordinator away");
+            tracing::debug!(problem = status.message(), "coordinator away");
         } else {
-            tracing::warn!(%url, problem = %status, "coordinator away, trying again");
+            tracing::warn!(%url, problem = status.message(), "coordinator away, trying again");
             told = true;
         }
         tokio::time::sleep(backoff.wait()).await;

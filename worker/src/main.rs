@@ -1,5 +1,6 @@
 //! `gradfarm-worker`: a worker as a process of its own.
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -57,7 +58,7 @@ async fn main() -> ExitCode {
 
 async fn start(arguments: Arguments) -> anyhow::Result<()> {
     let filter = EnvFilter::try_new(&arguments.log).map_err(|error| anyhow::anyhow!("log filter {:?}: {error}", arguments.log));
-    let builder = tracing_subscriber::fmt().with_writer(std::io::stderr).with_target(false);
+    let builder = tracing_subscriber::fmt().with_writer(std::io::stderr).with_ansi(std::io::stderr().is_terminal()).with_target(false);
     match (filter, arguments.log_json) {
         (Ok(filter), false) => builder.with_env_filter(filter).init(),
         (Ok(filter), true) => builder.with_env_filter(filter).json().init(),

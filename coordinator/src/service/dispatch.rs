@@ -340,19 +340,8 @@ impl Dispatcher {
                     turn.effects.push(revoke(worker, LeaseName { job: id.to_bytes(), unit, epoch }));
                 }
                 Action::Assemble { frame } => turn.effects.push(Effect::Assemble(id, frame)),
-                Action::Blame(worker) => {
-                    if let Some(session) = self.roster.get_mut(worker) {
-                        session.blame(now);
-                        if session.aside.until(now).is_some() {
-                            tracing::warn!(%worker, name = session.name(), "worker set aside: it failed too often in a row");
-                        }
-                    }
-                }
-                Action::Praise(worker) => {
-                    if let Some(session) = self.roster.get_mut(worker) {
-                        session.praise();
-                    }
-                }
+                Action::Blame(worker) => self.roster.blame(worker, now),
+                Action::Praise(worker) => self.roster.praise(worker),
                 Action::Tell(news) => turn.effects.push(Effect::Tell(id, news)),
             }
         }

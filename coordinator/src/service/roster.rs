@@ -25,8 +25,6 @@ pub(crate) struct Session {
     pub(crate) credit: u32,
     /// Scenes it has, or was just sent units of.
     pub(crate) scenes: BTreeSet<Digest>,
-    /// How it has been doing.
-    pub(crate) aside: Aside,
     delivered: u64,
     failed: u64,
 }
@@ -35,14 +33,18 @@ pub(crate) struct Session {
 #[derive(Debug, Default)]
 pub(crate) struct Roster {
     sessions: BTreeMap<WorkerId, Session>,
+    /// Workers that failed lately, connected or not: coming back clears nothing.
+    asides: BTreeMap<WorkerId, Aside>,
     connections: u64,
 }
 
+/// Most workers whose failures are remembered.
+const REMEMBERED: usize = 10_000;
+
 impl Roster {
-    /// A worker connects, for the first time or again; its record of failures outlives the connection.
+    /// A worker connects, for the first time or again.
     pub(crate) fn connect(&mut self, hello: &Hello, outbox: mpsc::Sender<v1::CoordinatorMessage>, now: Timestamp) -> SessionKey {
         self.connections += 1;
-        let before = self.sessions.remove(&hello.worker);
         let session = Session {
             number: self.connections,
             outbox,
@@ -53,7 +55,6 @@ impl Roster {
             heard: now,
             credit: 0,
             scenes: hello.scenes.iter().copied().collect(),
-            aside: before.map(|session| session.aside).unwrap_or_default(),
             delivered: 0,
             failed: 0,
         };
@@ -80,9 +81,38 @@ impl Roster {
         self.sessions.get_mut(&worker)
     }
 
-    /// Workers that may be given work now, in order.
+    /// Workers that may be given work now, in order. If all are set aside, none is: a job never waits without anybody to do it, and if
+    /// it is the job that is wrong, its units' failures soon say so.
     pub(crate) fn eligible(&self, now: Timestamp) -> Vec<WorkerId> {
-        self.sessions.iter().filter(|(_, session)| session.aside.until(now).is_none()).map(|(worker, _)| *worker).collect()
+        let trusted: Vec<WorkerId> = self.sessions.keys().filter(|worker| self.aside_until(**worker, now).is_none()).copied().collect();
+        if trusted.is_empty() { self.sessions.keys().copied().collect() } else { trusted }
+    }
+
+    /// Until when a worker is set aside, if it is.
+    pub(crate) fn aside_until(&self, worker: WorkerId, now: Timestamp) -> Option<Timestamp> {
+        self.asides.get(&worker)?.until(now)
+    }
+
+    /// A result of the worker counted.
+    pub(crate) fn praise(&mut self, worker: WorkerId) {
+        self.asides.remove(&worker);
+        if let Some(session) = self.sessions.get_mut(&worker) {
+            session.delivered += 1;
+        }
+    }
+
+    /// The worker failed a unit.
+    pub(crate) fn blame(&mut self, worker: WorkerId, now: Timestamp) {
+        if self.asides.len() >= REMEMBERED {
+            self.asides.retain(|_, aside| aside.until(now).is_some());
+        }
+        self.asides.entry(worker).or_default().failed(now);
+        if let Some(session) = self.sessions.get_mut(&worker) {
+            session.failed += 1;
+            if self.asides[&worker].until(now).is_some() {
+                tracing::warn!(%worker, name = %session.name, "worker set aside: it failed too often in a row");
+            }
+        }
     }
 
     /// Sends to a worker. One that does not read is disconnected: dropping its session ends the stream.
@@ -113,7 +143,7 @@ impl Roster {
             leases: leases(*id),
             delivered: session.delivered,
             failed: session.failed,
-            set_aside_until: session.aside.until(now),
+            set_aside_until: self.aside_until(*id, now),
         };
         self.sessions.iter().map(view).collect()
     }
@@ -123,22 +153,5 @@ impl Session {
     /// The worker gave a sign of life.
     pub(crate) fn hear(&mut self, now: Timestamp) {
         self.heard = now;
-    }
-
-    /// A result of the worker counted.
-    pub(crate) fn praise(&mut self) {
-        self.delivered += 1;
-        self.aside.succeeded();
-    }
-
-    /// The worker failed a unit.
-    pub(crate) fn blame(&mut self, now: Timestamp) {
-        self.failed += 1;
-        self.aside.failed(now);
-    }
-
-    /// Name for logs.
-    pub(crate) fn name(&self) -> &str {
-        &self.name
     }
 }
