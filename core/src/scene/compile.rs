@@ -124,7 +124,12 @@ impl<'a> Compiler<'a> {
                 // Checked to scale evenly, so any column tells the scale.
                 let scale = matrix.x_axis.truncate().length();
                 let centre = matrix.transform_point3(sphere.center.into()).as_vec3();
-                Placed::Sphere(Sphere { centre, radius: (sphere.radius * scale) as f32 }, id)
+                let radius = (sphere.radius * scale) as f32;
+                if !(centre.is_finite() && radius.is_finite() && radius > 0.0) {
+                    let found = format!("a sphere at {centre} of radius {radius}");
+                    return Err(Error::new(ErrorKind::Invalid, DESCRIPTION, path, found, "one that single precision can hold"));
+                }
+                Placed::Sphere(Sphere { centre, radius }, id)
             }
             geometry => {
                 let mut mesh = self.mesh(geometry)?.transformed(&to_world);

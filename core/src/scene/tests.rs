@@ -167,6 +167,21 @@ fn circles_and_towers_of_groups_are_refused() {
     assert_eq!((error.kind, error.found.as_str()), (ErrorKind::TooLarge, "10000000005 shapes"));
 }
 
+/// Every byte of a good scene, changed: whatever still reads, compiles or is refused, but nothing panics.
+#[test]
+fn no_damage_makes_it_panic() {
+    let mut read_again = 0;
+    for (index, replacement) in (0..SMALL.len()).flat_map(|index| [b'9', b'-', b'e', b']'].map(|byte| (index, byte))) {
+        let mut bytes = SMALL.as_bytes().to_vec();
+        bytes[index] = replacement;
+        if let Ok(scene) = read(std::str::from_utf8(&bytes).unwrap()) {
+            read_again += 1;
+            let _ = super::Scene::compile(&scene, &super::NoAssets);
+        }
+    }
+    assert!(read_again > 100, "only {read_again} of the damaged scenes could still be read: the test tests little");
+}
+
 /// Whether every key of `value` is known to `schema`: enough to notice a field that one of the two has and the other has not.
 fn keys_are_known(value: &serde_json::Value, schema: &serde_json::Value, root: &serde_json::Value, path: &str) -> Result<(), String> {
     if let Some(name) = schema["$ref"].as_str() {

@@ -96,6 +96,19 @@ fn spheres_scale_evenly_and_black_emission_is_no_light() {
 }
 
 #[test]
+fn what_overflows_single_precision_is_refused() {
+    let sphere = r#"{ "geometry": { "sphere": { "radius": RADIUS } }, "material": "white", "to_world": [OPS] }"#;
+    let cases = [("1e-30", r#"{ "scale": [1e-18, 1e-18, 1e-18] }"#), ("1e30", r#"{ "scale": [1e18, 1e18, 1e18] }"#)];
+    for (radius, operations) in cases {
+        let error = compile(&format!(r#""shapes": [{}]"#, sphere.replace("RADIUS", radius).replace("OPS", operations))).unwrap_err();
+        assert!(error.to_string().contains("shapes[0]: found a sphere at"), "{error}");
+    }
+    let mesh = r#""shapes": [{ "geometry": { "mesh": { "positions": [[1e30, 0, 0], [0, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] } },
+                  "material": "white", "to_world": [{ "scale": [1e18, 1, 1] }] }]"#;
+    assert!(compile(mesh).unwrap_err().to_string().contains("vertex 0 is not finite"));
+}
+
+#[test]
 fn a_missing_file_is_named() {
     let error = compile(r#""shapes": [{ "geometry": { "obj": { "file": "lost.obj" } }, "material": "white" }]"#).unwrap_err();
     assert_eq!((error.kind, error.place.file.as_str()), (ErrorKind::Unreadable, "lost.obj"));

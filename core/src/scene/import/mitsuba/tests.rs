@@ -133,6 +133,18 @@ fn what_only_says_how_mitsuba_works_is_reported() {
 }
 
 #[test]
+fn no_damage_makes_it_panic() {
+    for (index, replacement) in (0..SMALL.len()).flat_map(|index| [b'9', b'"', b'<', b'$'].map(|byte| (index, byte))) {
+        let mut bytes = SMALL.as_bytes().to_vec();
+        bytes[index] = replacement;
+        match import(std::str::from_utf8(&bytes).unwrap(), "s.xml") {
+            Ok((scene, _)) => scene.validate("s.xml").unwrap(),
+            Err(error) => assert!(error.to_string().starts_with("s.xml"), "{error}"),
+        }
+    }
+}
+
+#[test]
 fn whole_scenes_are_read_where_they_are_at_hand() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes");
     for (name, shapes) in [("cornell-box", 8), ("door-simple", 13)] {
