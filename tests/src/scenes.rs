@@ -196,3 +196,64 @@ fn panel_over_plane() -> Result<ClosedForm, Error> {
         [PLANE[0] * factor, PLANE[1] * 2.0 * factor, PLANE[2] * 4.0 * factor]
     })
 }
+
+/// A small room with something in it, lit so broadly that no path is rare: its noise is tame enough for tests of means.
+pub struct StillLife {
+    /// What is in it.
+    pub name: &'static str,
+    /// As written.
+    pub description: SceneDescription,
+    /// Compiled.
+    pub scene: Scene,
+}
+
+/// Rooms with something of every material, and with instances.
+///
+/// # Errors
+/// If the format of descriptions changed and a scene here did not.
+pub fn still_lifes() -> Result<Vec<StillLife>, Error> {
+    let ball = |x: f64, z: f64, material: &str| {
+        format!(r#"{{ "geometry": {{ "sphere": {{ "center": [{x}, -0.55, {z}], "radius": 0.45 }} }}, "material": "{material}" }}"#)
+    };
+    let matte = [ball(-0.5, 0.3, "red"), ball(0.5, 0.0, "white")].join(", ");
+    let polished = [ball(-0.5, 0.3, "mirror"), ball(0.5, 0.0, "glass")].join(", ");
+    let brushed = [ball(-0.5, 0.3, "gold"), ball(0.5, 0.0, "frosted")].join(", ");
+    let group = r#"{ "geometry": { "instance": { "of": "steps" } }, "to_world": [{ "rotate": { "axis": [0, 1, 0], "degrees": 25 } }] }"#;
+    Ok(vec![
+        room("matte balls", &matte)?,
+        room("mirror and glass", &polished)?,
+        room("gold and frosted glass", &brushed)?,
+        room("instanced steps", group)?,
+    ])
+}
+
+/// A room, its ceiling a lamp but for a frame, with these shapes inside.
+fn room(name: &'static str, shapes: &str) -> Result<StillLife, Error> {
+    let text = format!(
+        r#"{{
+        "version": 1,
+        "camera": {{ "perspective": {{ "to_world": [{{ "look_at": {{ "origin": [0, -0.2, -0.95], "target": [0, -0.35, 0] }} }}], "fov": 75 }} }},
+        "materials": {{
+            "white": {{ "diffuse": {{ "reflectance": [0.7, 0.7, 0.6] }} }},
+            "red": {{ "diffuse": {{ "reflectance": [0.7, 0.2, 0.1] }} }},
+            "black": {{ "diffuse": {{ "reflectance": 0 }} }},
+            "mirror": {{ "conductor": {{ "metal": "Al" }} }},
+            "glass": {{ "dielectric": {{ "interior_ior": 1.5 }} }},
+            "gold": {{ "conductor": {{ "metal": "Au", "roughness": 0.15 }} }},
+            "frosted": {{ "dielectric": {{ "interior_ior": 1.4, "roughness": 0.25 }} }}
+        }},
+        "groups": {{ "steps": [
+            {{ "geometry": "cube", "to_world": [{{ "scale": [0.5, 0.2, 0.25] }}, {{ "translate": [0, -0.8, 0.2] }}], "material": "red" }},
+            {{ "geometry": "cube", "to_world": [{{ "scale": [0.5, 0.2, 0.25] }}, {{ "translate": [0, -0.4, 0.6] }}], "material": "gold" }}
+        ] }},
+        "shapes": [
+            {{ "geometry": "cube", "flip_normals": true, "material": "white" }},
+            {{ "geometry": "rectangle", "to_world": [{{ "rotate": {{ "axis": [1, 0, 0], "degrees": 90 }} }}, {{ "scale": [0.8, 1, 0.8] }}, {{ "translate": [0, 0.98, 0] }}],
+               "material": "black", "emission": {{ "radiance": [2, 1.8, 1.5] }} }},
+            {shapes}
+        ]
+        }}"#
+    );
+    let (description, scene) = compile(&text, name)?;
+    Ok(StillLife { name, description, scene })
+}
