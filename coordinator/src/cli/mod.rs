@@ -6,6 +6,7 @@ mod compare;
 mod error;
 mod files;
 mod follow;
+mod local;
 mod options;
 mod plan;
 mod progress;
@@ -16,6 +17,7 @@ mod scene;
 mod schema;
 mod serve;
 mod status;
+mod study;
 mod submit;
 mod terminal;
 mod watch;
@@ -60,6 +62,8 @@ enum Command {
     Compare(compare::Compare),
     /// Tell what would be done with a scene, and why
     Plan(plan::Plan),
+    /// Compare techniques at equal time
+    Study(study::Study),
     /// Print the JSON Schema of scenes
     Schema(schema::Schema),
 }
@@ -88,6 +92,7 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Pull(command) => wait_for(command.run()),
         Command::Compare(command) => command.run(),
         Command::Plan(command) => command.run(),
+        Command::Study(command) => command.run(),
         Command::Schema(command) => command.run(),
     }
 }

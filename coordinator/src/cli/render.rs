@@ -1,22 +1,20 @@
 //! `gradfarm render`: a whole farm for one image, in this process.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use futures::StreamExt;
 use gradfarm_core::plan;
 use gradfarm_core::scene::Loaded;
 
 use super::error::Error;
 use super::files::{ImageTarget, Target};
+use super::local::LocalJob;
 use super::options::RenderOptions;
 use super::progress::Progress;
 use super::report::{Clock, Report};
 use super::{scene, terminal};
-use crate::embedded::{self, Farm};
-use crate::job::{FileKind, FrameState, JobId, JobState};
-use crate::service::{Frames, Handle, JobEvent, JobView, Submission};
+use crate::embedded;
+use crate::service::Submission;
 use crate::telemetry;
 
 /// Arguments of `gradfarm render`.
@@ -70,80 +68,19 @@ impl Render {
     }
 
     async fn render(&self, loaded: &Loaded, outputs: &ImageTarget, mut clock: Clock) -> Result<Report, Error> {
-        let state = tempfile::Builder::new().prefix("gradfarm-").tempdir();
-        let state = state.map_err(|source| Error::Write { path: std::env::temp_dir(), source })?;
         let threads = embedded::threads(self.workers, self.threads);
-        let mut farm = Farm::start_for_one_job(state.path().to_path_buf(), &threads).await?;
-        let handle = farm.handle();
-        let job = async {
-            let job = self.submit(&handle, loaded).await?;
-            follow(&handle, job).await
-        };
-        let ended = tokio::select! {
-            ended = job => ended,
-            reason = farm.broken() => Err(Error::Failed(reason)),
-            _ = tokio::signal::ctrl_c() => Err(Error::Interrupted),
-        };
-        let files = match &ended {
-            Ok(view) => Some(files(&handle, view).await?),
-            Err(_) => None,
-        };
-        // The farm goes first, so that it no longer writes into the folder that goes next.
-        let stopped = farm.stop().await;
-        let view = ended?;
-        stopped?;
-        if let Some((exr, png)) = files {
-            let writing = Instant::now();
-            outputs.exr.write(&exr)?;
-            outputs.png.write(&png)?;
-            clock.wrote(writing.elapsed());
-        }
-        Ok(Report::new(&view, &threads, clock, outputs.exr.path(), outputs.png.path()))
-    }
-
-    async fn submit(&self, handle: &Handle, loaded: &Loaded) -> Result<JobId, Error> {
-        let mut assets = BTreeMap::new();
-        for name in loaded.description.assets() {
-            let bytes = scene::read_asset(&loaded.assets, &name).await?;
-            assets.insert(name, handle.put_asset(bytes).await?);
-        }
-        let submission = Submission {
+        let job = LocalJob {
             name: scene::job_name(&self.scene),
-            description: loaded.description.to_json(),
-            assets,
+            loaded,
             request: self.options.request(),
             tile: self.tile,
-            frames: Frames::default(),
-            priority: 0,
-            client_token: None,
+            threads: &threads,
         };
-        Ok(handle.submit(submission).await?)
+        let done = job.run(&Progress::new("preparing")).await?;
+        let writing = Instant::now();
+        outputs.exr.write(&done.exr)?;
+        outputs.png.write(&done.png)?;
+        clock.wrote(writing.elapsed());
+        Ok(Report::new(&done.view, &threads, clock, outputs.exr.path(), outputs.png.path()))
     }
-}
-
-/// Shows progress until the job is done.
-async fn follow(handle: &Handle, job: JobId) -> Result<JobView, Error> {
-    let progress = Progress::new("preparing");
-    let mut events = handle.subscribe(job).await?;
-    while let Some(event) = events.next().await {
-        match event {
-            JobEvent::Progress { samples, .. } => {
-                progress.say("rendering");
-                progress.show(samples.done, samples.total);
-            }
-            JobEvent::Frame { state: FrameState::Assembling, .. } => progress.say("assembling"),
-            JobEvent::State { state: JobState::Done, .. } => break,
-            JobEvent::State { state, error } if state.is_final() => {
-                let reason = error.unwrap_or_else(|| "no reason was given".to_owned());
-                return Err(Error::Job(format!("the job is {}: {reason}", state.name())));
-            }
-            JobEvent::State { .. } | JobEvent::Frame { .. } | JobEvent::Tile { .. } => {}
-        }
-    }
-    Ok(handle.get(job).await?)
-}
-
-async fn files(handle: &Handle, view: &JobView) -> Result<(bytes::Bytes, bytes::Bytes), Error> {
-    let (job, frame) = (view.summary.id, Frames::default().first);
-    Ok((handle.frame_file(job, frame, FileKind::Exr).await?, handle.frame_file(job, frame, FileKind::Png).await?))
 }
