@@ -69,13 +69,8 @@ impl Render {
 
     async fn render(&self, loaded: &Loaded, outputs: &ImageTarget, mut clock: Clock) -> Result<Report, Error> {
         let threads = embedded::threads(self.workers, self.threads);
-        let job = LocalJob {
-            name: scene::job_name(&self.scene),
-            loaded,
-            request: self.options.request(),
-            tile: self.tile,
-            threads: &threads,
-        };
+        let job =
+            LocalJob { name: scene::job_name(&self.scene), loaded, request: self.options.request(), tile: self.tile, threads: &threads };
         let done = job.run(&Progress::new("preparing")).await?;
         let writing = Instant::now();
         outputs.exr.write(&done.exr)?;

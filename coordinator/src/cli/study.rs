@@ -73,8 +73,7 @@ struct Row {
 }
 
 /// What is compared with plain path tracing.
-const METHODS: [(Technique, ReconstructionKind); 2] =
-    [(Technique::Gpt, ReconstructionKind::L2), (Technique::Gpt, ReconstructionKind::L1)];
+const METHODS: [(Technique, ReconstructionKind); 2] = [(Technique::Gpt, ReconstructionKind::L2), (Technique::Gpt, ReconstructionKind::L1)];
 
 impl Study {
     /// Renders everything and prints the table.
