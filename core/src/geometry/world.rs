@@ -34,8 +34,8 @@ pub struct Group {
     /// Triangle → (mesh, triangle in it).
     triangles: Vec<(u32, u32)>,
     triangle_tree: Tree,
+    /// One for each leaf of the triangle tree, which names it.
     packets: Vec<Packet>,
-    /// Leaf entry of the triangle tree → packet.
     spheres: Vec<(Sphere, ShapeId)>,
     sphere_tree: Tree,
 }
@@ -44,7 +44,7 @@ pub struct Group {
 const LEAF: usize = 4;
 
 impl Group {
-    /// Builds the trees. Degenerate triangles are kept out of them: no ray can meet them.
+    /// Builds the trees. Degenerate triangles may be among them: no ray meets one.
     pub fn build(meshes: Vec<(Mesh, ShapeId)>, spheres: Vec<(Sphere, ShapeId)>) -> Self {
         let mut triangles = Vec::new();
         for (m, (mesh, _)) in meshes.iter().enumerate() {

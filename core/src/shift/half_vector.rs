@@ -7,7 +7,7 @@ use crate::scene::Scene;
 /// Copies the half vector of a base step to the offset vertex.
 ///
 /// Returns the offset's unit world direction and |T′| [1] in solid angle: for a reflection |ωᵢ′·h| / |ωᵢ·h|; for a refraction
-/// (η/η′)² · (‖h̃′‖² / ‖h̃‖²) · (|ωᵢ·h| / |ωᵢ′·h|) inverted accordingly, with h̃ = ωₒ + η ωᵢ not normalised; 1 for delta lobes.
+/// (η/η′)² · (‖h̃′‖² / ‖h̃‖²) · (|ωᵢ·h| / |ωᵢ′·h|), with h̃ = ωₒ + η ωᵢ not normalised; 1 for delta lobes.
 ///
 /// # Errors
 /// `TotalReflection` if the offset cannot refract; `LobeMismatch` if one of both is a delta and the other not, if they lie on
