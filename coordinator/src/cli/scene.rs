@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bytes::Bytes;
-use gradfarm_core::scene::{self, Assets, DirectoryAssets, Loaded};
+use gradfarm_core::scene::{self, Assets, Loaded, SceneAssets};
 
 use super::error::Error;
 use super::terminal;
@@ -24,7 +24,7 @@ pub(super) fn read(path: &Path) -> Result<Loaded, Error> {
 ///
 /// # Errors
 /// [`Error::Scene`], naming the file.
-pub(super) async fn read_asset(assets: &DirectoryAssets, name: &str) -> Result<Bytes, Error> {
+pub(super) async fn read_asset(assets: &SceneAssets, name: &str) -> Result<Bytes, Error> {
     let (assets, name) = (assets.clone(), name.to_owned());
     let read = tokio::task::spawn_blocking(move || assets.open(&name)).await;
     Ok(read.map_err(|fault| Error::Failed(fault.to_string()))??.into())

@@ -1,7 +1,9 @@
-//! The files beside a scene: meshes now, textures later. Their names are relative and stay inside the scene's folder.
+//! The files of a scene: meshes and images, beside it in its folder or made by an importer. Their names are relative and stay inside the folder.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::error::{Error, ErrorKind};
 use super::limits;
@@ -68,6 +70,42 @@ impl Assets for DirectoryAssets {
     }
 }
 
+/// Files that an importer made out of others, by the names that the description gives them.
+pub type MadeAssets = BTreeMap<String, Vec<u8>>;
+
+/// Assets of a scene as read from disk: what its importer made, held in memory, before the files in its folder. Clones share the memory.
+#[derive(Clone, Debug)]
+pub struct SceneAssets {
+    made: Arc<MadeAssets>,
+    folder: DirectoryAssets,
+}
+
+impl SceneAssets {
+    /// What an importer made, in front of the files of `folder`.
+    pub fn new(folder: DirectoryAssets, made: MadeAssets) -> SceneAssets {
+        SceneAssets { made: Arc::new(made), folder }
+    }
+
+    /// What an importer made; empty for native scenes.
+    pub fn made(&self) -> &MadeAssets {
+        &self.made
+    }
+
+    /// The folder that everything else comes from.
+    pub fn folder(&self) -> &DirectoryAssets {
+        &self.folder
+    }
+}
+
+impl Assets for SceneAssets {
+    fn open(&self, name: &str) -> Result<Vec<u8>, Error> {
+        match self.made.get(name) {
+            Some(bytes) => Ok(bytes.clone()),
+            None => self.folder.open(name),
+        }
+    }
+}
+
 /// Reads a whole regular file of at most [`limits::FILE_BYTES`]; `name` is the name that errors carry.
 pub(crate) fn read_bounded(path: &Path, name: &str) -> Result<Vec<u8>, Error> {
     let unreadable =
@@ -123,6 +161,19 @@ mod tests {
         assert_eq!(assets.open("a.obj").unwrap(), b"v 0 0 0");
         assert_eq!(assets.open("b.obj").unwrap_err().kind, ErrorKind::Unreadable);
         assert_eq!(assets.open("../secret").unwrap_err().kind, ErrorKind::OutsideFolder);
+    }
+
+    #[test]
+    fn what_an_importer_made_comes_before_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.ply"), b"file").unwrap();
+        std::fs::write(folder.path().join("b.ply"), b"other").unwrap();
+        let made = MadeAssets::from([("a.ply".to_string(), b"made".to_vec())]);
+        let assets = SceneAssets::new(DirectoryAssets::new(folder.path()), made);
+        assert_eq!(assets.open("a.ply").unwrap(), b"made");
+        assert_eq!(assets.open("b.ply").unwrap(), b"other");
+        assert_eq!(assets.open("../a.ply").unwrap_err().kind, ErrorKind::OutsideFolder);
+        assert_eq!((assets.made().len(), assets.folder().root()), (1, folder.path()));
     }
 
     #[cfg(unix)]

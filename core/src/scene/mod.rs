@@ -15,7 +15,7 @@ mod runtime;
 mod tests;
 mod validate;
 
-pub use assets::{Assets, DirectoryAssets, NoAssets};
+pub use assets::{Assets, DirectoryAssets, MadeAssets, NoAssets, SceneAssets};
 pub use description::SceneDescription;
 pub use error::{Error, ErrorKind};
 pub use read::{Loaded, load};

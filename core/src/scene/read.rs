@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::assets::{DirectoryAssets, read_bounded};
+use super::assets::{DirectoryAssets, MadeAssets, SceneAssets, read_bounded};
 use super::description::SceneDescription;
 use super::error::{Error, ErrorKind};
 use super::import::mitsuba;
@@ -12,13 +12,13 @@ use super::import::mitsuba;
 pub struct Loaded {
     /// What the file says, in the native description.
     pub description: SceneDescription,
-    /// The files beside it.
-    pub assets: DirectoryAssets,
+    /// Its files: those that an importer made, and those beside it.
+    pub assets: SceneAssets,
     /// What an importer changed or left out, one sentence each; empty for native scenes.
     pub report: Vec<String>,
 }
 
-/// Loads the scene in `path`: `.json` is the native description, `.xml` a Mitsuba 3 scene.
+/// Loads the scene in `path`: `.json` is the native description, `.xml` a Mitsuba scene.
 ///
 /// # Errors
 /// The file cannot be read, is of no known format, or is faulty.
@@ -39,12 +39,15 @@ pub fn load(path: impl AsRef<Path>) -> Result<Loaded, Error> {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => Path::new(".").to_path_buf(),
     };
-    let assets = DirectoryAssets::new(folder);
-    let (description, report) = match extension.as_str() {
-        "xml" => mitsuba::import(&text, &file)?,
-        _ => (SceneDescription::from_json(&text, &file)?, Vec::new()),
+    let folder = DirectoryAssets::new(folder);
+    let (description, made, report) = match extension.as_str() {
+        "xml" => {
+            let imported = mitsuba::import(&text, &file, &folder)?;
+            (imported.description, imported.made, imported.report)
+        }
+        _ => (SceneDescription::from_json(&text, &file)?, MadeAssets::new(), Vec::new()),
     };
-    Ok(Loaded { description, assets, report })
+    Ok(Loaded { description, assets: SceneAssets::new(folder, made), report })
 }
 
-const FORMATS: &str = "a native scene (.json) or a Mitsuba 3 scene (.xml)";
+const FORMATS: &str = "a native scene (.json) or a Mitsuba scene (.xml)";

@@ -13,7 +13,9 @@ mod values;
 use std::collections::BTreeMap;
 
 use self::context::Context;
+use super::Imported;
 use super::xml::{self, Element};
+use crate::scene::assets::{Assets, MadeAssets};
 use crate::scene::description::{Camera, Environment, Film, Integrator, Material, SceneDescription, Shape, VERSION};
 use crate::scene::error::{Error, ErrorKind};
 use crate::scene::limits;
@@ -22,7 +24,7 @@ use crate::scene::limits;
 ///
 /// # Errors
 /// Malformed XML, values outside their domain, and everything that changes the picture but has no counterpart here.
-pub(in crate::scene) fn import(text: &str, file: &str) -> Result<(SceneDescription, Vec<String>), Error> {
+pub(in crate::scene) fn import(text: &str, file: &str, _assets: &dyn Assets) -> Result<Imported, Error> {
     let root = xml::parse(text, file)?;
     if root.tag != "scene" {
         return Err(root.fault(ErrorKind::Malformed, file, format!("the root <{}>", root.tag), "<scene version=\"3.0.0\">"));
@@ -165,7 +167,7 @@ impl<'a> Importer<'a> {
         Ok(())
     }
 
-    fn finish(mut self, root: &Element) -> Result<(SceneDescription, Vec<String>), Error> {
+    fn finish(mut self, root: &Element) -> Result<Imported, Error> {
         let file = self.context.file;
         let camera = self.camera.ok_or_else(|| root.fault(ErrorKind::Malformed, file, "no <sensor>", "one"))?;
         let integrator = self.integrator.unwrap_or_else(|| {
@@ -184,7 +186,7 @@ impl<'a> Importer<'a> {
             environment: self.environment,
         };
         description.validate(file).map_err(|fault| locate(fault, &self.lines))?;
-        Ok((description, self.context.report))
+        Ok(Imported { description, made: MadeAssets::new(), report: self.context.report })
     }
 }
 

@@ -2,7 +2,11 @@
 
 use super::*;
 use crate::scene::description::{Colour, Geometry, Metal, Normals};
-use crate::scene::load;
+use crate::scene::{NoAssets, load};
+
+fn import(text: &str, file: &str) -> Result<(SceneDescription, Vec<String>), Error> {
+    super::import(text, file, &NoAssets).map(|imported| (imported.description, imported.report))
+}
 
 const SMALL: &str = r#"<!-- a comment -->
 <scene version="3.0.0">
