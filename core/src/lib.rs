@@ -12,6 +12,7 @@ pub mod geometry;
 pub mod light;
 pub mod material;
 pub mod sensor;
+pub mod texture;
 // storey 3: scene, and what it calls for
 pub mod scene;
 // (effects → scene)

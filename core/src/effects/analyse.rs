@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::set::{Effect, Effects};
 use crate::scene::SceneDescription;
-use crate::scene::description::{Camera, Geometry, Material, Shape};
+use crate::scene::description::{Camera, Colour, Environment, Geometry, Material, Shape};
 
 /// Roughness up to which a metal or a glass still gathers light into something that people call a caustic.
 const CAUSTIC_ROUGHNESS: f64 = 0.15;
@@ -14,15 +14,16 @@ const CAUSTIC_ROUGHNESS: f64 = 0.15;
 /// A description that was not checked is walked all the same: names that nothing bears are passed over.
 pub fn analyse(scene: &SceneDescription) -> Effects {
     let mut effects = Effects::default();
-    let Camera::Perspective(camera) = &scene.camera;
-    if camera.lens_radius > 0.0 {
+    if let Camera::Perspective(camera) = &scene.camera
+        && camera.lens_radius > 0.0
+    {
         effects.add(Effect::DepthOfField, format!("camera.perspective.lens_radius is {} m", camera.lens_radius));
     }
     let mut bearers = BTreeMap::new();
     let mut placed = BTreeSet::new();
     for (index, shape) in scene.shapes.iter().enumerate() {
         let path = called(&format!("shapes[{index}]"), shape);
-        if shape.emission.is_some_and(|emission| !emission.radiance.is_black()) {
+        if shape.emission.as_ref().is_some_and(|emission| !emission.radiance.is_black()) {
             effects.add(Effect::AreaLights, &path);
         }
         if let Geometry::Instance(instance) = &shape.geometry {
@@ -30,8 +31,13 @@ pub fn analyse(scene: &SceneDescription) -> Effects {
         }
         visit(scene, shape, &path, &mut bearers, &mut placed);
     }
-    if let Some(environment) = scene.environment.filter(|environment| !environment.radiance.is_black()) {
-        effects.add(Effect::EnvironmentLight, format!("environment.radiance is {:?}", environment.radiance.0));
+    if let Some(environment) = scene.environment.as_ref().filter(|environment| !environment.is_black()) {
+        let what = match environment {
+            Environment { image: Some(image), .. } => format!("environment.image is {}", image.file),
+            Environment { sky: Some(sky), .. } => format!("environment.sky with the sun at {:?}", sky.sun_direction),
+            Environment { radiance, .. } => format!("environment.radiance is {:?}", radiance.unwrap_or(Colour::WHITE).0),
+        };
+        effects.add(Effect::EnvironmentLight, what);
     }
     for (name, bearer) in &bearers {
         if let Some(material) = scene.materials.get(*name) {

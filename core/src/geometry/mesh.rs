@@ -3,7 +3,7 @@
 use super::bvh::Bounds;
 use crate::math::{Transform, Vec2, Vec3};
 
-/// A triangle mesh. Normals and texture coordinates are either absent (empty) or one a vertex.
+/// A triangle mesh. Normals, texture coordinates and colours are either absent (empty) or one a vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions.
@@ -12,6 +12,8 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, or empty.
     pub uvs: Vec<Vec2>,
+    /// Colours, linear Rec.709, or empty.
+    pub colours: Vec<Vec3>,
     /// Corners of each triangle, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -35,10 +37,10 @@ pub enum MeshError {
         /// Which vertex.
         vertex: usize,
     },
-    /// Normals or texture coordinates in another number than positions.
+    /// Normals, texture coordinates or colours in another number than positions.
     #[error("{found} {what} for {vertices} vertices")]
     Length {
-        /// `normals` or `uvs`.
+        /// `normals`, `uvs` or `colours`.
         what: &'static str,
         /// How many.
         found: usize,
@@ -54,7 +56,7 @@ impl Mesh {
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), MeshError> {
         let vertices = self.positions.len();
-        for (what, found) in [("normals", self.normals.len()), ("uvs", self.uvs.len())] {
+        for (what, found) in [("normals", self.normals.len()), ("uvs", self.uvs.len()), ("colours", self.colours.len())] {
             if found != 0 && found != vertices {
                 return Err(MeshError::Length { what, found, vertices });
             }

@@ -1,6 +1,6 @@
 //! A point on a surface, as shading needs it.
 
-use super::world::ShapeId;
+use super::world::{Hit, ShapeId};
 use crate::math::{Vec2, Vec3};
 
 /// Where a ray met a surface.
@@ -20,4 +20,6 @@ pub struct SurfacePoint {
     pub t: f32,
     /// The shape that was met.
     pub shape: ShapeId,
+    /// Which of its parts was met.
+    pub hit: Hit,
 }

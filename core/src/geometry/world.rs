@@ -13,7 +13,7 @@ use rayon::prelude::*;
 pub struct ShapeId(pub u32);
 
 /// What a ray met.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hit {
     /// Distance in units of the ray direction's length.
     pub t: f32,
@@ -144,7 +144,7 @@ impl Group {
             let normal = (ray.origin + ray.direction * hit.t - sphere.centre).normalize();
             let position = sphere.centre + normal * sphere.radius;
             let error = rounding(sphere.centre.abs().max_element() + sphere.radius);
-            return SurfacePoint { position, error, normal, shading_normal: normal, uv: Vec2::ZERO, t: hit.t, shape: *shape };
+            return SurfacePoint { position, error, normal, shading_normal: normal, uv: Vec2::ZERO, t: hit.t, shape: *shape, hit: *hit };
         }
         let (m, t) = self.triangles[hit.primitive as usize];
         let (mesh, shape) = &self.meshes[m as usize];
@@ -174,7 +174,7 @@ impl Group {
             let [ua, ub, uc] = corners.map(|k| mesh.uvs[k as usize]);
             ua * u + ub * v + uc * w
         };
-        SurfacePoint { position, error, normal, shading_normal, uv, t: hit.t, shape: *shape }
+        SurfacePoint { position, error, normal, shading_normal, uv, t: hit.t, shape: *shape, hit: *hit }
     }
 }
 
@@ -294,6 +294,66 @@ impl World {
             error: local.error * map.stretch() + rounding(position.abs().max_element()),
             ..local
         }
+    }
+}
+
+impl World {
+    /// Direction in which the first texture coordinate grows, ∂p/∂u, of no certain length; zero where there is none.
+    pub fn tangent(&self, surface: &SurfacePoint) -> Vec3 {
+        self.partials(surface).0
+    }
+
+    /// ∂p/∂u and ∂p/∂v at a surface point, in world space; zero where the texture coordinates do not vary.
+    pub fn partials(&self, surface: &SurfacePoint) -> (Vec3, Vec3) {
+        let hit = &surface.hit;
+        if hit.instance == WORLD {
+            return self.own.partials(surface);
+        }
+        let instance = &self.instances[hit.instance as usize];
+        let (du, dv) = self.groups[instance.group as usize].partials(surface);
+        (instance.to_world.vector(du), instance.to_world.vector(dv))
+    }
+
+    /// Colour of the mesh's vertices, interpolated at a surface point; (1, 1, 1) where it has none.
+    pub fn colour(&self, surface: &SurfacePoint) -> Vec3 {
+        let hit = &surface.hit;
+        let group = if hit.instance == WORLD { &self.own } else { &self.groups[self.instances[hit.instance as usize].group as usize] };
+        group.colour(hit)
+    }
+}
+
+impl Group {
+    fn partials(&self, surface: &SurfacePoint) -> (Vec3, Vec3) {
+        let hit = &surface.hit;
+        if hit.primitive & SPHERE != 0 {
+            return (Vec3::ZERO, Vec3::ZERO);
+        }
+        let (m, t) = self.triangles[hit.primitive as usize];
+        let mesh = &self.meshes[m as usize].0;
+        let [a, b, c] = mesh.corners(t as usize);
+        let corners = mesh.triangles[t as usize];
+        let [ua, ub, uc] = if mesh.uvs.is_empty() { [Vec2::ZERO, Vec2::X, Vec2::Y] } else { corners.map(|k| mesh.uvs[k as usize]) };
+        let (d1, d2) = (ub - ua, uc - ua);
+        let determinant = d1.perp_dot(d2);
+        if determinant == 0.0 {
+            return (Vec3::ZERO, Vec3::ZERO);
+        }
+        let (e1, e2) = (b - a, c - a);
+        ((e1 * d2.y - e2 * d1.y) / determinant, (e2 * d1.x - e1 * d2.x) / determinant)
+    }
+
+    fn colour(&self, hit: &Hit) -> Vec3 {
+        if hit.primitive & SPHERE != 0 {
+            return Vec3::ONE;
+        }
+        let (m, t) = self.triangles[hit.primitive as usize];
+        let mesh = &self.meshes[m as usize].0;
+        if mesh.colours.is_empty() {
+            return Vec3::ONE;
+        }
+        let [a, b, c] = mesh.triangles[t as usize].map(|k| mesh.colours[k as usize]);
+        let [v, w] = hit.barycentric;
+        a * (1.0 - v - w) + b * v + c * w
     }
 }
 

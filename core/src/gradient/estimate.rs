@@ -15,6 +15,7 @@ use crate::spectrum::Spectrum;
 /// * both vertices are connectable: the offset connects to the same light point, and both strategies compete on both paths;
 /// * else the half vector is copied and the offset ends where its own ray does: only walking competes, and joints found by
 ///   next-event estimation are left to it;
+/// * the light has no extent: the offset connects, whatever the vertices are;
 /// * there is no offset: the base counts alone, against zero.
 pub fn difference(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> (Spectrum, u32) {
     let mut pair = Pair::START;
@@ -39,12 +40,13 @@ pub fn difference(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> (Spe
             _ => {}
         }
         let shifted = &offset.vertices[k];
-        if vertex.connectable && shifted.connectable {
-            for joint in at_vertex {
-                let known = visibility_known(offset.end, base, k, joint);
-                sum += connected(scene, vertex, shifted, joint, pair, known, &mut rays);
-            }
-        } else if let Some(step) = step {
+        let connectable = vertex.connectable && shifted.connectable;
+        // Only next-event estimation finds lights without extent, so these joints are connected however sharp the lobes are.
+        for joint in at_vertex.iter().filter(|joint| connectable || joint.point.delta) {
+            let known = visibility_known(offset.end, base, k, joint);
+            sum += connected(scene, vertex, shifted, joint, pair, known, &mut rays);
+        }
+        if !connectable && let Some(step) = step {
             let hit = at_vertex.iter().find(|j| j.strategy == Strategy::Hit);
             sum += copied(scene, offset, k, step, hit, pair);
         }
@@ -83,10 +85,12 @@ fn advance(pair: Pair, step: &Step, offset: Evaluation, jacobian: f64) -> Pair {
 /// The first shared vertex sees the offset path come from elsewhere; beyond it everything is shared.
 fn rejoined(scene: &Scene, base: &Subpath, k: usize, before: Vec3, pair: Pair, joints: &[Joint]) -> Spectrum {
     let vertex = &base.vertices[k];
-    let evaluate = |wi| vertex.evaluate_from(scene, before, wi);
+    let shifted = vertex.seen_from(scene, before);
+    let evaluate = |wi| shifted.evaluate(scene, wi);
+    let decided = shifted.lobe_probability / vertex.lobe_probability;
     let mut sum = Spectrum::BLACK;
     for joint in joints {
-        let there = Joint { evaluation: evaluate(joint.wi), ..*joint };
+        let there = Joint { evaluation: evaluate(joint.wi), light_density: joint.light_density * decided, ..*joint };
         let d = pair.difference((joint.value(), f64::from(joint.density())), (there.value(), f64::from(there.density())), 1.0);
         sum += d / joint.survival;
     }
@@ -119,7 +123,7 @@ fn connected(scene: &Scene, vertex: &Vertex, shifted: &Vertex, joint: &Joint, pa
     let d = match connect(vertex, shifted, &joint.point) {
         None => pair.difference(mine, nothing, 1.0),
         Some((wi, jacobian)) => {
-            let light_density = scene.lights.density(shifted.position, &joint.point);
+            let light_density = scene.lights.density(shifted.position, &joint.point) * shifted.lobe_probability;
             if light_density > 0.0 {
                 let evaluation = shifted.evaluate(scene, wi);
                 let visible = !evaluation.value.is_black()

@@ -39,27 +39,29 @@ impl Integrator for PathIntegrator {
         }
         let mut vertex = Vertex::new(scene, &surface, camera.direction, self.shift_threshold);
         out.first = Some(FirstSurface {
-            albedo: vertex.material(scene).albedo(),
+            albedo: vertex.material(scene).albedo(&vertex.at),
             normal: if vertex.wo.z < 0.0 { -vertex.frame.normal } else { vertex.frame.normal },
             depth: surface.t,
         });
         let mut throughput = Spectrum::WHITE;
         // A joint at vertex k has k + 2 edges.
         for k in 0..self.max_depth.saturating_sub(1) as usize {
+            let choice = vertex.decide(scene, || stream.number(Dimension::lobe(k)));
             out.vertices.push(vertex);
-            let delta = vertex.material(scene).is_delta();
-            if !delta && let Some(joint) = self.next_event(scene, &vertex, k, stream) {
+            if !vertex.delta
+                && let Some(joint) = self.next_event(scene, &vertex, k, stream)
+            {
                 out.rays += u32::from(!joint.evaluation.value.is_black());
                 out.joints.push(joint);
             }
-            let Some(scatter) = vertex.sample(scene, || stream.number(Dimension::lobe(k)), stream.pair(Dimension::direction(k))) else {
+            let Some(scatter) = vertex.sample(scene, choice, stream.pair(Dimension::direction(k))) else {
                 break;
             };
             let mut step = Step {
                 wi: scatter.wi,
                 evaluation: scatter.evaluation,
                 survival: 1.0,
-                delta,
+                delta: scatter.delta,
                 transmits: vertex.wo.z * vertex.frame.normal.dot(scatter.wi) < 0.0,
             };
             if k as u32 + 2 > self.roulette_depth {
@@ -86,6 +88,7 @@ impl Integrator for PathIntegrator {
             vertex = Vertex::new(scene, &surface, step.wi, self.shift_threshold);
             if k as u32 + 2 == self.max_depth {
                 // Beyond the last edge nothing is gathered, but shifts must know what the last step met.
+                vertex.decide(scene, || stream.number(Dimension::lobe(k + 1)));
                 out.vertices.push(vertex);
             }
         }
@@ -111,7 +114,7 @@ impl PathIntegrator {
             point,
             radiance,
             evaluation,
-            light_density: sample.density,
+            light_density: sample.density * vertex.lobe_probability,
             visible,
             survival: 1.0,
         })
@@ -128,7 +131,7 @@ fn hit(scene: &Scene, vertex: &Vertex, k: usize, step: &Step, point: LightPoint)
         point,
         radiance: scene.lights.radiance(&point, vertex.position),
         evaluation: step.evaluation,
-        light_density: if step.delta { 0.0 } else { scene.lights.density(vertex.position, &point) },
+        light_density: if step.delta { 0.0 } else { scene.lights.density(vertex.position, &point) * vertex.lobe_probability },
         visible: true,
         survival: step.survival,
     }

@@ -2,7 +2,7 @@
 
 use super::LightPoint;
 use crate::geometry::{Mesh, Sphere};
-use crate::math::{Frame, PI, Vec3, safe_sqrt, sin_cos};
+use crate::math::{Frame, PI, Vec2, Vec3, safe_sqrt, sin_cos};
 use crate::sampling::{Discrete, warp};
 use crate::spectrum::Spectrum;
 
@@ -112,12 +112,20 @@ impl AreaLight {
             let frame = Frame::from_normal(-to_centre / distance);
             let normal = frame.to_world(Vec3::new(sin_alpha * c, sin_alpha * s, cos_alpha)).normalize();
             let position = sphere.centre + normal * sphere.radius;
-            let point = LightPoint { light, position, error: error(position, sphere.radius), normal, infinite: false };
+            let point = LightPoint {
+                light,
+                position,
+                error: error(position, sphere.radius),
+                normal,
+                uv: Vec2::ZERO,
+                infinite: false,
+                delta: false,
+            };
             let density = self.density(from, &point);
             return (density > 0.0).then_some((point, density));
         }
         let (position, normal) = self.emitter.point(u);
-        let point = LightPoint { light, position, error: error(position, 0.0), normal, infinite: false };
+        let point = LightPoint { light, position, error: error(position, 0.0), normal, uv: Vec2::ZERO, infinite: false, delta: false };
         let density = self.density(from, &point);
         (density > 0.0 && density.is_finite()).then_some((point, density))
     }

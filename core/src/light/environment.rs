@@ -1,7 +1,7 @@
 //! Light from infinitely far away, the same from every direction.
 
 use super::LightPoint;
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{UNIFORM_SPHERE_DENSITY, uniform_sphere};
 use crate::spectrum::Spectrum;
 
@@ -16,7 +16,10 @@ impl Environment {
     #[inline]
     pub(super) fn sample(&self, light: u32, u: [f32; 2]) -> (LightPoint, f32) {
         let position = uniform_sphere(u);
-        (LightPoint { light, position, error: 0.0, normal: Vec3::ZERO, infinite: true }, UNIFORM_SPHERE_DENSITY)
+        (
+            LightPoint { light, position, error: 0.0, normal: Vec3::ZERO, uv: Vec2::ZERO, infinite: true, delta: false },
+            UNIFORM_SPHERE_DENSITY,
+        )
     }
 
     #[inline]

@@ -6,7 +6,7 @@ mod environment;
 pub use area::{AreaLight, Emitter};
 pub use environment::Environment;
 
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 use crate::sampling::Discrete;
 use crate::spectrum::Spectrum;
 
@@ -30,8 +30,13 @@ pub struct LightPoint {
     pub error: f32,
     /// Unit normal of the emitting side; zero at infinity.
     pub normal: Vec3,
+    /// Texture coordinates, where it lies on a surface.
+    pub uv: Vec2,
     /// Whether the point lies at infinity.
     pub infinite: bool,
+    /// Whether the light is concentrated in this point or direction, so that no ray finds it by chance. Its density is then the
+    /// probability of choosing it [1], and its radiance holds what the vertex receives: intensity over squared distance, or irradiance.
+    pub delta: bool,
 }
 
 /// A light point chosen for a shading point.
@@ -110,7 +115,15 @@ impl Lights {
     /// The environment seen in a direction, as a light point.
     #[inline]
     pub fn at_infinity(&self, direction: Vec3) -> Option<LightPoint> {
-        self.environment.map(|light| LightPoint { light, position: direction.normalize(), error: 0.0, normal: Vec3::ZERO, infinite: true })
+        self.environment.map(|light| LightPoint {
+            light,
+            position: direction.normalize(),
+            error: 0.0,
+            normal: Vec3::ZERO,
+            uv: Vec2::ZERO,
+            infinite: true,
+            delta: false,
+        })
     }
 }
 

@@ -60,14 +60,14 @@ impl Conductor {
             return None;
         }
         match self.ggx {
-            None => Some(Scatter { wi: Vec3::new(-wo.x, -wo.y, wo.z), evaluation: self.evaluate_delta(wo, false) }),
+            None => Some(Scatter { wi: Vec3::new(-wo.x, -wo.y, wo.z), evaluation: self.evaluate_delta(wo, false), delta: true }),
             Some(ggx) => {
                 let up = upper(wo, wo);
                 let h = ggx.sample(up, u);
                 let wi = h * (2.0 * up.dot(h)) - up;
                 let wi = upper(wi, wo);
                 let evaluation = self.evaluate(wo, wi);
-                (evaluation.density > 0.0).then_some(Scatter { wi, evaluation })
+                (evaluation.density > 0.0).then_some(Scatter { wi, evaluation, delta: false })
             }
         }
     }

@@ -100,7 +100,7 @@ impl Dielectric {
         }
         let wi = if wo.z < 0.0 { -wi } else { wi };
         let evaluation = if self.ggx.is_none() { self.evaluate_delta(wo, transmits) } else { self.evaluate(wo, wi) };
-        (evaluation.density > 0.0).then_some(Scatter { wi, evaluation })
+        (evaluation.density > 0.0).then_some(Scatter { wi, evaluation, delta: self.ggx.is_none() })
     }
 
     pub(super) fn roughness(&self) -> f32 {

@@ -35,6 +35,6 @@ impl Diffuse {
             return None;
         }
         wi.z = wi.z.copysign(wo.z);
-        Some(Scatter { wi, evaluation: Evaluation { value: self.reflectance * density, density } })
+        Some(Scatter { wi, evaluation: Evaluation { value: self.reflectance * density, density }, delta: false })
     }
 }

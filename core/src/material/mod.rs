@@ -1,119 +1,128 @@
-//! How surfaces scatter light. An enum, so that the inner loop calls no virtual function.
+//! How surfaces scatter light: a [`Material`] is what a shape bears, a [`Bsdf`] what it amounts to at one point.
 //!
 //! Directions are unit vectors of the local shading frame (z the shading normal of the front side), both pointing away from
 //! the surface: `wo` to where the path came from (the camera's side), `wi` to where it goes on (the light's side).
 
+mod bsdf;
 mod conductor;
 mod dielectric;
 mod diffuse;
 mod fresnel;
 mod microfacet;
+mod textured;
 
+pub use bsdf::{Bsdf, Evaluation, Scatter};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use microfacet::Ggx;
+pub use textured::Textured;
 
 use crate::math::Vec3;
 use crate::spectrum::Spectrum;
-
-/// What a pair of directions is worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evaluation {
-    /// f · |cosθᵢ| [sr⁻¹ · 1]; for a delta lobe the coefficient of the delta [1].
-    pub value: Spectrum,
-    /// Density of sampling `wi` given `wo` [sr⁻¹]; for a delta lobe the probability of choosing it [1].
-    pub density: f32,
-}
-
-impl Evaluation {
-    /// No scattering.
-    pub const NONE: Evaluation = Evaluation { value: Spectrum::BLACK, density: 0.0 };
-}
-
-/// A sampled direction.
-#[derive(Clone, Copy, Debug)]
-pub struct Scatter {
-    /// Direction to go on.
-    pub wi: Vec3,
-    /// Its value and density.
-    pub evaluation: Evaluation,
-}
+use crate::texture::TexturePoint;
 
 /// A surface's material.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
-    /// Lambertian reflection.
-    Diffuse(Diffuse),
-    /// Smooth or rough metal.
-    Conductor(Conductor),
-    /// Smooth or rough boundary between two transparent media.
-    Dielectric(Dielectric),
+    /// The same everywhere: nothing is looked up.
+    Plain(Bsdf),
+    /// With inputs from textures.
+    Textured(Textured),
+}
+
+impl From<Bsdf> for Material {
+    fn from(bsdf: Bsdf) -> Material {
+        Material::Plain(bsdf)
+    }
 }
 
 impl Material {
     /// Value and density of a pair of directions; nothing for delta lobes.
     #[inline]
-    pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> Evaluation {
+    pub fn evaluate(&self, at: &TexturePoint, wo: Vec3, wi: Vec3) -> Evaluation {
         match self {
-            Material::Diffuse(m) => m.evaluate(wo, wi),
-            Material::Conductor(m) => m.evaluate(wo, wi),
-            Material::Dielectric(m) => m.evaluate(wo, wi),
+            Material::Plain(bsdf) => bsdf.evaluate(wo, wi),
+            Material::Textured(textured) => textured.at(at).evaluate(wo, wi),
         }
     }
 
     /// Value and probability of the delta lobe that reflects or transmits; nothing where there is none.
     #[inline]
-    pub fn evaluate_delta(&self, wo: Vec3, transmits: bool) -> Evaluation {
+    pub fn evaluate_delta(&self, at: &TexturePoint, wo: Vec3, transmits: bool) -> Evaluation {
         match self {
-            Material::Diffuse(_) => Evaluation::NONE,
-            Material::Conductor(m) => m.evaluate_delta(wo, transmits),
-            Material::Dielectric(m) => m.evaluate_delta(wo, transmits),
+            Material::Plain(bsdf) => bsdf.evaluate_delta(wo, transmits),
+            Material::Textured(textured) => textured.at(at).evaluate_delta(wo, transmits),
         }
     }
 
-    /// Samples a direction; `choice` picks among lobes, and is drawn only where there are several. `None` where nothing scatters.
+    /// Probability with which sampling picks a delta lobe.
     #[inline]
-    pub fn sample(&self, wo: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<Scatter> {
+    pub fn delta_probability(&self, at: &TexturePoint, wo: Vec3) -> f32 {
         match self {
-            Material::Diffuse(m) => m.sample(wo, u),
-            Material::Conductor(m) => m.sample(wo, u),
-            Material::Dielectric(m) => m.sample(wo, choice(), u),
+            Material::Plain(bsdf) => bsdf.delta_probability(wo),
+            Material::Textured(textured) => textured.at(at).delta_probability(wo),
         }
     }
 
-    /// Roughness of the sharpest lobe: 0 for delta lobes, 1 for diffuse.
+    /// Samples a direction; the delta lobes own what of `choice` in [0, 1) lies below [`delta_probability`](Self::delta_probability).
+    /// `None` where nothing scatters.
     #[inline]
-    pub fn roughness(&self) -> f32 {
+    pub fn sample(&self, at: &TexturePoint, wo: Vec3, choice: f32, u: [f32; 2]) -> Option<Scatter> {
         match self {
-            Material::Diffuse(_) => 1.0,
-            Material::Conductor(m) => m.roughness(),
-            Material::Dielectric(m) => m.roughness(),
+            Material::Plain(bsdf) => bsdf.sample(wo, choice, u),
+            Material::Textured(textured) => textured.at(at).sample(wo, choice, u),
         }
     }
 
-    /// Whether the material has delta lobes only.
+    /// Roughness of the sharpest lobe that is no delta; 1 for diffuse; 0 where there are delta lobes only.
     #[inline]
-    pub fn is_delta(&self) -> bool {
-        self.roughness() == 0.0
+    pub fn roughness(&self, at: &TexturePoint) -> f32 {
+        match self {
+            Material::Plain(bsdf) => bsdf.roughness(),
+            Material::Textured(textured) => textured.at(at).roughness(),
+        }
     }
 
-    /// Relative index of refraction, transmitted over incident side, for light seen from `wo`; 1 where nothing is transmitted.
+    /// Relative index of refraction, transmitted over incident side, for light seen from `wo`; 1 where nothing is bent.
     #[inline]
-    pub fn relative_ior(&self, wo: Vec3) -> f32 {
+    pub fn relative_ior(&self, at: &TexturePoint, wo: Vec3) -> f32 {
         match self {
-            Material::Dielectric(m) => m.relative_ior(wo),
-            _ => 1.0,
+            Material::Plain(bsdf) => bsdf.relative_ior(wo),
+            Material::Textured(textured) => textured.at(at).relative_ior(wo),
         }
     }
 
     /// Reflectance for the albedo feature [1].
-    pub fn albedo(&self) -> Spectrum {
+    pub fn albedo(&self, at: &TexturePoint) -> Spectrum {
         match self {
-            Material::Diffuse(m) => m.reflectance,
-            Material::Conductor(m) => m.albedo(),
-            Material::Dielectric(_) => Spectrum::WHITE,
+            Material::Plain(bsdf) => bsdf.albedo(),
+            Material::Textured(textured) => textured.at(at).albedo(),
         }
+    }
+
+    /// Whether sampling uses its number `choice`.
+    #[inline]
+    pub fn has_choice(&self) -> bool {
+        match self {
+            Material::Plain(bsdf) => bsdf.has_choice(),
+            Material::Textured(_) => true,
+        }
+    }
+
+    /// Whether a texture is looked up, so that texture coordinates and vertex colours are needed.
+    #[inline]
+    pub fn is_textured(&self) -> bool {
+        match self {
+            Material::Plain(_) => false,
+            Material::Textured(_) => true,
+        }
+    }
+
+    /// Whether directions along the surface matter, so that the shading frame must follow the texture coordinates.
+    #[inline]
+    pub fn needs_tangents(&self) -> bool {
+        false
     }
 }
 

@@ -8,8 +8,8 @@ fn stream(k: u32) -> SampleStream {
     SampleStream::open(SampleKey { seed: 5, frame: 0, x: k, y: 0, index: k % 1024 })
 }
 
-fn gold(alpha: f32) -> Material {
-    Material::Conductor(Conductor {
+fn gold(alpha: f32) -> Bsdf {
+    Bsdf::Conductor(Conductor {
         eta: Spectrum::rgb(0.14, 0.37, 1.44),
         k: Spectrum::rgb(3.98, 2.39, 1.6),
         reflectance: Spectrum::WHITE,
@@ -18,12 +18,12 @@ fn gold(alpha: f32) -> Material {
     })
 }
 
-fn glass(alpha: f32) -> Material {
-    Material::Dielectric(Dielectric { eta: 1.5, reflectance: Spectrum::WHITE, transmittance: Spectrum::WHITE, ggx: Ggx::new(alpha) })
+fn glass(alpha: f32) -> Bsdf {
+    Bsdf::Dielectric(Dielectric { eta: 1.5, reflectance: Spectrum::WHITE, transmittance: Spectrum::WHITE, ggx: Ggx::new(alpha) })
 }
 
-fn rough() -> Vec<Material> {
-    let white = Material::Diffuse(Diffuse { reflectance: Spectrum::WHITE, two_sided: true });
+fn rough() -> Vec<Bsdf> {
+    let white = Bsdf::Diffuse(Diffuse { reflectance: Spectrum::WHITE, two_sided: true });
     vec![white, gold(0.2), gold(0.7), glass(0.15), glass(0.5)]
 }
 
@@ -49,7 +49,7 @@ fn sampling_matches_density() {
             let mut counts = vec![0.0f64; BINS.0 * BINS.1];
             for k in 0..n {
                 let s = stream(k);
-                if let Some(scatter) = material.sample(wo, || s.number(Dimension::lobe(9)), s.pair(Dimension::direction(9))) {
+                if let Some(scatter) = material.sample(wo, s.number(Dimension::lobe(9)), s.pair(Dimension::direction(9))) {
                     counts[bin(scatter.wi)] += 1.0;
                 }
             }
@@ -90,7 +90,7 @@ fn samples_carry_their_own_evaluation() {
         for wo in views() {
             for k in 0..2000 {
                 let s = stream(k);
-                if let Some(scatter) = material.sample(wo, || s.number(Dimension::lobe(9)), s.pair(Dimension::direction(9))) {
+                if let Some(scatter) = material.sample(wo, s.number(Dimension::lobe(9)), s.pair(Dimension::direction(9))) {
                     let again = material.evaluate(wo, scatter.wi);
                     let (a, b) = (again.density, scatter.evaluation.density);
                     assert!((a - b).abs() <= 1e-3 * a.max(b), "{material:?}: {a} against {b}");
@@ -108,7 +108,7 @@ fn no_material_creates_energy_and_white_ones_lose_little() {
             let mut sum = 0.0f64;
             for k in 0..n {
                 let s = stream(k);
-                if let Some(x) = material.sample(wo, || s.number(Dimension::lobe(9)), s.pair(Dimension::direction(9))) {
+                if let Some(x) = material.sample(wo, s.number(Dimension::lobe(9)), s.pair(Dimension::direction(9))) {
                     // Undo the compression of radiance on crossing, which is not loss.
                     let scale = if wo.z * x.wi.z < 0.0 { material.relative_ior(wo).powi(2) } else { 1.0 };
                     sum += f64::from(x.evaluation.value.max() * scale / x.evaluation.density);
@@ -150,6 +150,6 @@ fn delta_lobes_split_all_light() {
     }
     let mirror = gold(0.0);
     let wo = views()[1];
-    let x = mirror.sample(wo, || 0.5, [0.5, 0.5]).unwrap();
+    let x = mirror.sample(wo, 0.5, [0.5, 0.5]).unwrap();
     assert_eq!(x.wi, Vec3::new(-wo.x, -wo.y, wo.z));
 }

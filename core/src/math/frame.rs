@@ -30,6 +30,13 @@ impl Frame {
         }
     }
 
+    /// A frame around a unit normal whose x axis lies along a tangent, as far as the normal lets it; any frame where the tangent vanishes.
+    #[inline]
+    pub fn from_tangent(n: Vec3, along: Vec3) -> Self {
+        let tangent = (along - n * n.dot(along)).normalize_or_zero();
+        if tangent == Vec3::ZERO { Self::from_normal(n) } else { Self { tangent, bitangent: n.cross(tangent), normal: n } }
+    }
+
     /// World to local.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {

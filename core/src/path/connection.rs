@@ -9,7 +9,14 @@ use crate::scene::Scene;
 /// `None` where the light point is seen edge-on or not at all.
 #[inline]
 pub fn connect(base: &Vertex, offset: &Vertex, point: &LightPoint) -> Option<(Vec3, f64)> {
-    if point.infinite { Some((point.position, 1.0)) } else { turn(base.position, offset.position, point.position, point.normal) }
+    if point.infinite {
+        Some((point.position, 1.0))
+    } else if point.delta {
+        // Measured by the choice of the light alone: nothing is turned.
+        Some(((point.position - offset.position).normalize(), 1.0))
+    } else {
+        turn(base.position, offset.position, point.position, point.normal)
+    }
 }
 
 /// Unit direction from `offset` to `target`, and the ratio of solid angles that an area element at `target` with this unit normal fills

@@ -56,7 +56,8 @@ pub struct Joint {
     pub radiance: Spectrum,
     /// The vertex's scattering towards the light point.
     pub evaluation: Evaluation,
-    /// Density of sampling the light point [sr⁻¹ at the vertex]; 0 where next-event estimation cannot.
+    /// Density of sampling the light point [sr⁻¹ at the vertex; 1 for lights without extent], the decision against delta lobes
+    /// included; 0 where next-event estimation cannot.
     pub light_density: f32,
     /// Whether nothing lies between.
     pub visible: bool,
@@ -71,10 +72,11 @@ impl Joint {
         if self.visible { self.evaluation.value * self.radiance } else { Spectrum::BLACK }
     }
 
-    /// Sum of the densities with which either strategy finds this joint [sr⁻¹]; walking cannot find what it cannot see.
+    /// Sum of the densities with which either strategy finds this joint [sr⁻¹]; walking finds neither what it
+    /// cannot see nor a light without extent.
     #[inline]
     pub fn density(&self) -> f32 {
-        self.light_density + if self.visible { self.evaluation.density } else { 0.0 }
+        self.light_density + if self.visible && !self.point.delta { self.evaluation.density } else { 0.0 }
     }
 
     /// The joint's contribution for unit throughput, MIS weight included.

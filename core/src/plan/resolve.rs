@@ -87,7 +87,8 @@ fn in_range(what: &'static str, found: u32, most: u32, unit: &str) -> Result<(),
 }
 
 fn extent(scene: &SceneDescription, request: &Request, reasons: &mut Vec<String>) -> Result<Extent, PlanError> {
-    let own = Extent { width: scene.film.width, height: scene.film.height };
+    let (width, height) = scene.film.rendered();
+    let own = Extent { width, height };
     let extent = request.extent.unwrap_or(own);
     in_range("film width", extent.width, limits::FILM_SIDE, "pixels")?;
     in_range("film height", extent.height, limits::FILM_SIDE, "pixels")?;

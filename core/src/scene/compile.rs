@@ -5,16 +5,19 @@ use std::collections::BTreeMap;
 use glam::DMat4;
 
 use super::assets::Assets;
-use super::description::{self, Camera, Colour, Geometry, SceneDescription};
+use super::description::{self, Colour, Geometry, SceneDescription};
 use super::error::{Error, ErrorKind};
 use super::mesh::{self, MeshFormat};
 use super::runtime::{Scene, Shape};
 use crate::geometry::{Group, Instance, Mesh, ShapeId, Sphere, WorldBuilder};
-use crate::light::{AreaLight, Emitter, Environment, Light, Lights};
-use crate::material::{Conductor, Dielectric, Diffuse, Ggx, Material};
+use crate::light::{AreaLight, Emitter, Light, Lights};
 use crate::math::{Transform, Vec2, Vec3};
-use crate::sensor::{FieldAxis, Sensor};
 use crate::spectrum::Spectrum;
+
+mod camera;
+mod light;
+mod material;
+mod texture;
 
 /// The name that errors carry for faults of the description itself; those of its files carry the file's name.
 const DESCRIPTION: &str = "scene";
@@ -26,6 +29,9 @@ impl Scene {
     /// The description is invalid (it is checked again here, since it may come from elsewhere than a file), or a file of it is missing or faulty.
     pub fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Scene, Error> {
         description.validate(DESCRIPTION)?;
+        let textures = texture::compile(description, assets)?;
+        let materials = material::compile(description, &textures)?;
+        let sensor = camera::sensor(&description.camera, &description.film)?;
         let mut compiler = Compiler::new(description, assets);
         let mut builder = WorldBuilder::default();
         let groups = compiler.groups(&mut builder)?;
@@ -39,17 +45,9 @@ impl Scene {
             }
         }
         let world = builder.build();
-        if let Some(environment) = description.environment.filter(|environment| !environment.radiance.is_black()) {
-            compiler.lights.push(Light::Environment(Environment { radiance: spectrum(environment.radiance) }));
-        }
+        compiler.lights.extend(light::compile(description, assets)?);
         let radius = world.bounds().radius();
-        Ok(Scene {
-            shapes: compiler.shapes,
-            materials: description.materials.values().map(material).collect(),
-            lights: Lights::new(compiler.lights, radius),
-            sensor: sensor(&description.camera)?,
-            world,
-        })
+        Ok(Scene { shapes: compiler.shapes, materials, lights: Lights::new(compiler.lights, radius), sensor, world })
     }
 }
 
@@ -131,6 +129,7 @@ impl<'a> Compiler<'a> {
                 }
                 Placed::Sphere(Sphere { centre, radius }, id)
             }
+            Geometry::Disk | Geometry::Cylinder(_) => return Err(unsupported(&format!("{path}.geometry"), "a disk or a cylinder")),
             geometry => {
                 let mut mesh = self.mesh(geometry)?.transformed(&to_world);
                 if shape.flip_normals {
@@ -152,7 +151,9 @@ impl<'a> Compiler<'a> {
     }
 
     fn light(&mut self, shape: &description::Shape, placed: &Placed, path: &str) -> Result<Option<u32>, Error> {
-        let Some(emission) = shape.emission.filter(|emission| !emission.radiance.is_black()) else { return Ok(None) };
+        let Some(emission) = shape.emission.as_ref().filter(|emission| !emission.radiance.is_black()) else { return Ok(None) };
+        let radiance = emission.radiance.constant().filter(|_| !emission.two_sided);
+        let radiance = radiance.ok_or_else(|| unsupported(&format!("{path}.emission"), "a texture, or light from both sides"))?;
         let emitter = match placed {
             Placed::Sphere(sphere, _) => Some(Emitter::Sphere(*sphere)),
             Placed::Mesh(mesh, _) => Emitter::from_mesh(mesh),
@@ -161,7 +162,7 @@ impl<'a> Compiler<'a> {
             let path = format!("{path}.emission");
             Error::new(ErrorKind::Invalid, DESCRIPTION, &path, "emission from a surface without area", "a surface with some area")
         })?;
-        self.lights.push(Light::Area(AreaLight { radiance: spectrum(emission.radiance), emitter }));
+        self.lights.push(Light::Area(AreaLight { radiance: spectrum(*radiance), emitter }));
         Ok(Some(self.lights.len() as u32 - 1))
     }
 
@@ -173,8 +174,8 @@ impl<'a> Compiler<'a> {
             Geometry::Mesh(mesh) => return Ok(inline(mesh)),
             Geometry::Obj(file) => (file, MeshFormat::Obj),
             Geometry::Ply(file) => (file, MeshFormat::Ply),
-            // Neither is made of triangles, and neither is asked for here.
-            Geometry::Sphere(_) | Geometry::Instance(_) => return Ok(Mesh::default()),
+            // None of these is made of triangles, and none is asked for here.
+            Geometry::Sphere(_) | Geometry::Disk | Geometry::Cylinder(_) | Geometry::Instance(_) => return Ok(Mesh::default()),
         };
         let key = (file.file.as_str(), format, file.normals as u8);
         if let Some(mesh) = self.files.get(&key) {
@@ -184,6 +185,11 @@ impl<'a> Compiler<'a> {
         self.files.insert(key, mesh.clone());
         Ok(mesh)
     }
+}
+
+/// What the description can say and this renderer cannot do.
+fn unsupported(path: &str, what: &str) -> Error {
+    Error::new(ErrorKind::Unsupported, DESCRIPTION, path, what, "something that can be rendered")
 }
 
 fn transform(matrix: DMat4, path: &str) -> Result<Transform, Error> {
@@ -221,6 +227,7 @@ fn inline(mesh: &description::MeshInline) -> Mesh {
         positions: mesh.positions.iter().copied().map(Vec3::from).collect(),
         normals: mesh.normals.iter().flatten().map(|normal| Vec3::from(*normal).normalize_or_zero()).collect(),
         uvs: mesh.uvs.iter().flatten().copied().map(Vec2::from).collect(),
+        colours: mesh.colours.iter().flatten().copied().map(Vec3::from).collect(),
         triangles: mesh.indices.clone(),
     }
 }
@@ -228,49 +235,6 @@ fn inline(mesh: &description::MeshInline) -> Mesh {
 fn spectrum(colour: Colour) -> Spectrum {
     let [r, g, b] = colour.to_f32();
     Spectrum::rgb(r, g, b)
-}
-
-fn material(material: &description::Material) -> Material {
-    match material {
-        description::Material::Diffuse(diffuse) => {
-            Material::Diffuse(Diffuse { reflectance: spectrum(diffuse.reflectance), two_sided: diffuse.two_sided })
-        }
-        description::Material::Conductor(conductor) => {
-            // A checked description always has an index; without one it is the perfect mirror.
-            let (eta, k) = conductor.index_of_refraction().unwrap_or((Colour::grey(0.0), Colour::WHITE));
-            Material::Conductor(Conductor {
-                eta: spectrum(eta),
-                k: spectrum(k),
-                reflectance: spectrum(conductor.reflectance),
-                ggx: Ggx::new(conductor.roughness as f32),
-                two_sided: conductor.two_sided,
-            })
-        }
-        description::Material::Dielectric(dielectric) => Material::Dielectric(Dielectric {
-            eta: (dielectric.interior_ior / dielectric.exterior_ior) as f32,
-            reflectance: spectrum(dielectric.reflectance),
-            transmittance: spectrum(dielectric.transmittance),
-            ggx: Ggx::new(dielectric.roughness as f32),
-        }),
-    }
-}
-
-fn sensor(camera: &Camera) -> Result<Sensor, Error> {
-    let Camera::Perspective(camera) = camera;
-    // The sensor's x points to the right of the picture, the description's to the left.
-    let mirrored = camera.to_world.matrix() * DMat4::from_scale(glam::DVec3::new(-1.0, 1.0, 1.0));
-    Ok(Sensor {
-        to_world: transform(mirrored, "camera.perspective.to_world")?,
-        half_tangent: libm::tan(camera.fov.to_radians() * 0.5) as f32,
-        axis: match camera.fov_axis {
-            description::FovAxis::X => FieldAxis::X,
-            description::FovAxis::Y => FieldAxis::Y,
-            description::FovAxis::Smaller => FieldAxis::Smaller,
-            description::FovAxis::Larger => FieldAxis::Larger,
-        },
-        lens_radius: camera.lens_radius as f32,
-        focus_distance: camera.focus_distance as f32,
-    })
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use crate::light::{LightPoint, Lights};
 use crate::material::Material;
 use crate::math::Ray;
 use crate::sensor::Sensor;
+use crate::texture::TexturePoint;
 
 /// A shape's material and light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,10 +45,24 @@ impl Scene {
         Some(self.world.surface(ray, &hit))
     }
 
+    /// Where textures are looked up at a surface point.
+    #[inline]
+    pub fn texture_point(&self, surface: &SurfacePoint) -> TexturePoint {
+        TexturePoint { uv: surface.uv, colour: self.world.colour(surface) }
+    }
+
     /// The surface point as a point of its light, where it emits.
     #[inline]
     pub fn light_point(&self, surface: &SurfacePoint) -> Option<LightPoint> {
         let light = self.shape(surface.shape).light?;
-        Some(LightPoint { light, position: surface.position, error: surface.error, normal: surface.normal, infinite: false })
+        Some(LightPoint {
+            light,
+            position: surface.position,
+            error: surface.error,
+            normal: surface.normal,
+            uv: surface.uv,
+            infinite: false,
+            delta: false,
+        })
     }
 }

@@ -40,10 +40,10 @@ fn it_reads_back_what_it_writes() {
     assert_eq!(scene.integrator.roulette_depth, 5);
     assert_eq!(
         scene.materials["white"],
-        Material::Diffuse(super::description::Diffuse { reflectance: Colour::grey(0.8), two_sided: true })
+        Material::Diffuse(super::description::Diffuse { reflectance: Colour::grey(0.8).into(), two_sided: true })
     );
     let Material::Conductor(Conductor { reflectance, roughness, .. }) = &scene.materials["gold"] else { panic!("no conductor") };
-    assert_eq!((*reflectance, *roughness), (Colour::WHITE, 0.2));
+    assert_eq!((reflectance, roughness), (&Colour::WHITE.into(), &0.2.into()));
     assert_eq!(scene.shapes[0].geometry, Geometry::Rectangle);
 }
 

@@ -3,13 +3,13 @@
 use glam::{DMat3, DVec3};
 
 use super::assets::check_name;
-use super::description::{
-    Camera, Colour, Conductor, Dielectric, Geometry, Material, MeshInline, SceneDescription, Shape, Transform, VERSION,
-};
+use super::description::{Camera, Colour, Cylinder, Filter, Geometry, MeshInline, SceneDescription, Shape, Transform, VERSION};
 use super::error::{Error, ErrorKind};
 use super::limits;
 
 mod groups;
+mod light;
+mod surface;
 
 /// Checks a whole description; `file` is the name that errors carry.
 pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Error> {
@@ -19,9 +19,7 @@ pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Er
     }
     check.film(scene)?;
     check.camera(&scene.camera)?;
-    for (name, material) in &scene.materials {
-        check.material(&format!("materials.{name}"), material)?;
-    }
+    check.surfaces(scene)?;
     let written = scene.groups.values().map(Vec::len).sum::<usize>() + scene.shapes.len();
     if written > limits::SHAPES {
         return Err(check.fault(ErrorKind::TooLarge, "shapes", format!("{written} shapes"), format!("at most {}", limits::SHAPES)));
@@ -35,8 +33,14 @@ pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Er
         check.shape(&format!("shapes[{index}]"), shape, scene, false)?;
     }
     groups::check(scene, file)?;
+    for (index, light) in scene.lights.iter().enumerate() {
+        check.light(&format!("lights[{index}]"), light)?;
+    }
     if let Some(environment) = &scene.environment {
-        check.colour("environment.radiance", environment.radiance, f64::INFINITY)?;
+        check.environment(environment)?;
+    }
+    if let Some(medium) = &scene.medium {
+        check.named("medium", medium, "medium", &scene.media)?;
     }
     Ok(())
 }
@@ -65,6 +69,14 @@ impl Check<'_> {
             let found = format!("{} × {} pixels", film.width, film.height);
             return Err(self.fault(ErrorKind::TooLarge, "film", found, format!("at most {} pixels in all", limits::FILM_PIXELS)));
         }
+        if let Some(crop) = film.crop {
+            let fits = |start: u32, side: u32, whole: u32| side > 0 && start.checked_add(side).is_some_and(|end| end <= whole);
+            if !(fits(crop.x, crop.width, film.width) && fits(crop.y, crop.height, film.height)) {
+                let found = format!("{} × {} pixels from ({}, {})", crop.width, crop.height, crop.x, crop.y);
+                return self.invalid("film.crop", found, format!("a part of the film of {} × {} pixels", film.width, film.height));
+            }
+        }
+        self.filter(film.filter)?;
         let depths = [("integrator.max_depth", scene.integrator.max_depth), ("integrator.roulette_depth", scene.integrator.roulette_depth)];
         for (path, depth) in depths {
             if depth == 0 || (path == "integrator.max_depth" && depth > limits::PATH_EDGES) {
@@ -74,12 +86,33 @@ impl Check<'_> {
         Ok(())
     }
 
+    fn filter(&self, filter: Filter) -> Result<(), Error> {
+        let numbers: &[(&str, f64, [f64; 2])] = match filter {
+            Filter::Box => &[],
+            Filter::Tent(tent) => &[("tent.radius", tent.radius, [1e-3, 8.0])],
+            Filter::Gaussian(gaussian) => {
+                &[("gaussian.deviation", gaussian.deviation, [1e-3, 8.0]), ("gaussian.radius", gaussian.radius, [1e-3, 8.0])]
+            }
+            Filter::Mitchell(mitchell) => &[("mitchell.b", mitchell.b, [0.0, 1.0]), ("mitchell.c", mitchell.c, [0.0, 1.0])],
+        };
+        for (field, number, [least, greatest]) in numbers {
+            if !(*least..=*greatest).contains(number) {
+                return self.invalid(&format!("film.filter.{field}"), number, format!("{least} to {greatest}"));
+            }
+        }
+        Ok(())
+    }
+
     fn camera(&self, camera: &Camera) -> Result<(), Error> {
-        let Camera::Perspective(camera) = camera;
-        let path = |field: &str| format!("camera.perspective.{field}");
-        self.transform(&path("to_world"), &camera.to_world)?;
-        if !even_scale(&camera.to_world).is_some_and(|scale| (scale - 1.0).abs() < 1e-3) {
-            let frame = DMat3::from_mat4(camera.to_world.matrix());
+        let kind = match camera {
+            Camera::Perspective(_) => "perspective",
+            Camera::Orthographic(_) => "orthographic",
+        };
+        let path = |field: &str| format!("camera.{kind}.{field}");
+        let to_world = camera.to_world();
+        self.transform(&path("to_world"), to_world)?;
+        if !even_scale(to_world).is_some_and(|scale| (scale - 1.0).abs() < 1e-3) {
+            let frame = DMat3::from_mat4(to_world.matrix());
             let scales = [frame.x_axis, frame.y_axis, frame.z_axis].map(|axis| axis.length());
             return self.invalid(
                 &path("to_world"),
@@ -87,54 +120,28 @@ impl Check<'_> {
                 "turns and moves only",
             );
         }
-        if !(camera.fov > 0.0 && camera.fov < 180.0) {
-            return self.invalid(&path("fov"), camera.fov, "an angle in (0, 180) degrees");
-        }
-        if !(camera.lens_radius >= 0.0 && camera.lens_radius.is_finite()) {
-            return self.invalid(&path("lens_radius"), camera.lens_radius, "a finite radius ≥ 0");
-        }
-        if !(camera.focus_distance > 0.0 && camera.focus_distance.is_finite()) {
-            return self.invalid(&path("focus_distance"), camera.focus_distance, "a finite distance > 0");
-        }
-        Ok(())
-    }
-
-    fn material(&self, path: &str, material: &Material) -> Result<(), Error> {
-        match material {
-            Material::Diffuse(diffuse) => self.colour(&format!("{path}.diffuse.reflectance"), diffuse.reflectance, 1.0),
-            Material::Conductor(conductor) => self.conductor(&format!("{path}.conductor"), conductor),
-            Material::Dielectric(dielectric) => self.dielectric(&format!("{path}.dielectric"), dielectric),
-        }
-    }
-
-    fn conductor(&self, path: &str, conductor: &Conductor) -> Result<(), Error> {
-        if conductor.index_of_refraction().is_none() {
-            let given = [("metal", conductor.metal.is_some()), ("eta", conductor.eta.is_some()), ("k", conductor.k.is_some())];
-            let given: Vec<&str> = given.into_iter().filter_map(|(name, is_given)| is_given.then_some(name)).collect();
-            let found = if given.is_empty() { "neither".to_string() } else { format!("only {}", given.join(" and ")) };
-            let found = if given.len() > 1 { given.join(" and ") } else { found };
-            return self.invalid(path, found, "either `metal`, or `eta` and `k`");
-        }
-        for (field, colour) in [("eta", conductor.eta), ("k", conductor.k)] {
-            self.colour(&format!("{path}.{field}"), colour.unwrap_or(Colour::WHITE), f64::INFINITY)?;
-        }
-        self.roughness(path, conductor.roughness)?;
-        self.colour(&format!("{path}.reflectance"), conductor.reflectance, 1.0)
-    }
-
-    fn dielectric(&self, path: &str, dielectric: &Dielectric) -> Result<(), Error> {
-        for (field, ior) in [("interior_ior", dielectric.interior_ior), ("exterior_ior", dielectric.exterior_ior)] {
-            if !(ior > 0.0 && ior.is_finite()) {
-                return self.invalid(&format!("{path}.{field}"), ior, "a finite index of refraction > 0");
+        match camera {
+            Camera::Orthographic(camera) => {
+                if !(camera.scale > 0.0 && camera.scale.is_finite()) {
+                    return self.invalid(&path("scale"), camera.scale, "a finite width > 0");
+                }
+            }
+            Camera::Perspective(camera) => {
+                if !(camera.fov > 0.0 && camera.fov < 180.0) {
+                    return self.invalid(&path("fov"), camera.fov, "an angle in (0, 180) degrees");
+                }
+                if !(camera.lens_radius >= 0.0 && camera.lens_radius.is_finite()) {
+                    return self.invalid(&path("lens_radius"), camera.lens_radius, "a finite radius ≥ 0");
+                }
+                if !(camera.focus_distance > 0.0 && camera.focus_distance.is_finite()) {
+                    return self.invalid(&path("focus_distance"), camera.focus_distance, "a finite distance > 0");
+                }
+                if !camera.principal_point.iter().all(|x| x.abs() <= 1e3) {
+                    return self.invalid(&path("principal_point"), format!("{:?}", camera.principal_point), "numbers up to 1000");
+                }
             }
         }
-        self.roughness(path, dielectric.roughness)?;
-        self.colour(&format!("{path}.reflectance"), dielectric.reflectance, 1.0)?;
-        self.colour(&format!("{path}.transmittance"), dielectric.transmittance, 1.0)
-    }
-
-    fn roughness(&self, path: &str, roughness: f64) -> Result<(), Error> {
-        if (0.0..=1.0).contains(&roughness) { Ok(()) } else { self.invalid(&format!("{path}.roughness"), roughness, "0 to 1") }
+        Ok(())
     }
 
     fn colour(&self, path: &str, colour: Colour, greatest: f64) -> Result<(), Error> {
@@ -185,7 +192,12 @@ impl Check<'_> {
                 let expected = "emission on shapes outside groups only";
                 return Err(self.fault(ErrorKind::Unsupported, &format!("{path}.emission"), "emission", expected));
             }
-            self.colour(&format!("{path}.emission.radiance"), emission.radiance, f64::INFINITY)?;
+            self.input(&format!("{path}.emission.radiance"), &emission.radiance, f64::INFINITY, scene)?;
+        }
+        for (field, medium) in [("interior", &shape.interior), ("exterior", &shape.exterior)] {
+            if let Some(medium) = medium {
+                self.named(&format!("{path}.{field}"), medium, "medium", &scene.media)?;
+            }
         }
         let unturnable = match &shape.geometry {
             Geometry::Instance(_) => Some("false: the group's shapes say it themselves"),
@@ -200,7 +212,8 @@ impl Check<'_> {
 
     fn geometry(&self, path: &str, shape: &Shape, scene: &SceneDescription) -> Result<(), Error> {
         match &shape.geometry {
-            Geometry::Rectangle | Geometry::Cube => Ok(()),
+            Geometry::Rectangle | Geometry::Cube | Geometry::Disk => Ok(()),
+            Geometry::Cylinder(cylinder) => self.cylinder(path, shape, cylinder),
             Geometry::Sphere(sphere) => {
                 let to_world = format!("{path}.to_world");
                 let path = |field: &str| format!("{path}.geometry.sphere.{field}");
@@ -228,6 +241,22 @@ impl Check<'_> {
         }
     }
 
+    fn cylinder(&self, path: &str, shape: &Shape, cylinder: &Cylinder) -> Result<(), Error> {
+        if even_scale(&shape.to_world).is_none() {
+            let expected = "turns, moves and even scales: a cylinder stays round; scale it evenly or use a mesh";
+            return self.invalid(&format!("{path}.to_world"), "a scale that is not the same in every direction", expected);
+        }
+        let path = |field: &str| format!("{path}.geometry.cylinder.{field}");
+        if !(cylinder.radius > 0.0 && (cylinder.radius as f32).is_finite()) {
+            return self.invalid(&path("radius"), cylinder.radius, "a finite radius > 0");
+        }
+        let (p0, p1) = (DVec3::from(cylinder.p0).as_vec3(), DVec3::from(cylinder.p1).as_vec3());
+        if !(p0.is_finite() && p1.is_finite() && p0 != p1) {
+            return self.invalid(&path("p1"), format!("an axis from {p0} to {p1}"), "two different points of finite numbers");
+        }
+        Ok(())
+    }
+
     fn file_name(&self, path: &str, name: &str) -> Result<(), Error> {
         check_name(name).map_err(|expected| self.fault(ErrorKind::OutsideFolder, path, format!("{name:?}"), expected))
     }
@@ -239,13 +268,17 @@ impl Check<'_> {
                 return self.invalid(&format!("{path}.{field}"), format!("{count} entries"), format!("1 to {}", limits::MESH_ELEMENTS));
             }
         }
-        let lengths = [("normals", mesh.normals.as_ref().map(Vec::len)), ("uvs", mesh.uvs.as_ref().map(Vec::len))];
+        let lengths = [
+            ("normals", mesh.normals.as_ref().map(Vec::len)),
+            ("uvs", mesh.uvs.as_ref().map(Vec::len)),
+            ("colours", mesh.colours.as_ref().map(Vec::len)),
+        ];
         for (field, count) in lengths {
             if let Some(count) = count.filter(|count| *count != vertices) {
                 return self.invalid(&format!("{path}.{field}"), format!("{count} entries"), format!("{vertices}, one for each vertex"));
             }
         }
-        let vectors = [("positions", Some(&mesh.positions)), ("normals", mesh.normals.as_ref())];
+        let vectors = [("positions", Some(&mesh.positions)), ("normals", mesh.normals.as_ref()), ("colours", mesh.colours.as_ref())];
         for (field, list) in vectors {
             let bad = list.and_then(|list| list.iter().position(|vector| !vector.iter().all(|x| x.is_finite())));
             if let Some(index) = bad {

@@ -18,14 +18,18 @@ use crate::scene::Scene;
 /// eqs. 14 and 17, which give the factor (η/η′)² where the two indices differ.
 #[inline]
 pub fn half_vector(scene: &Scene, base: &Vertex, step: &Step, offset: &Vertex) -> Result<(Vec3, f64), ShiftFailure> {
-    let (base_material, offset_material) = (base.material(scene), offset.material(scene));
-    if base_material.is_delta() != offset_material.is_delta() || base.wo.z * offset.wo.z <= 0.0 {
+    if base.delta != offset.delta || base.wo.z * offset.wo.z <= 0.0 {
         return Err(ShiftFailure::LobeMismatch);
     }
     let (wo, wi) = (base.wo, base.frame.to_local(step.wi));
     let wo_offset = offset.wo;
     let (local, jacobian) = if step.transmits {
-        let (eta, eta_offset) = (base_material.relative_ior(wo), offset_material.relative_ior(wo_offset));
+        let eta = base.material(scene).relative_ior(&base.at, wo);
+        let eta_offset = offset.material(scene).relative_ior(&offset.at, wo_offset);
+        if eta == 1.0 && eta_offset == 1.0 && step.delta {
+            // Straight on: there is no half vector, and none is needed.
+            return Ok((offset.frame.to_world(-wo_offset).normalize(), 1.0));
+        }
         if eta == 1.0 || eta_offset == 1.0 {
             return Err(ShiftFailure::LobeMismatch);
         }

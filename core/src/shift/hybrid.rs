@@ -32,12 +32,17 @@ impl HybridShift {
 impl ShiftMap for HybridShift {
     fn shift(&self, scene: &Scene, base: &Subpath, camera: &Ray, out: &mut OffsetSubpath) {
         out.clear();
-        let Some((vertex, emitter)) = self.follow(scene, camera, out) else {
+        let Some((mut vertex, emitter)) = self.follow(scene, camera, out) else {
             out.end = OffsetEnd::Failed { at: 0, why: ShiftFailure::Escaped };
             return;
         };
+        let possible = base.vertices.first().is_none_or(|first| vertex.decide_as(scene, first.delta));
         out.vertices.push(vertex);
         out.emitters.push(emitter);
+        if !possible {
+            out.end = OffsetEnd::Failed { at: 0, why: ShiftFailure::LobeMismatch };
+            return;
+        }
         for (k, step) in base.steps.iter().enumerate() {
             let (from, to) = (&base.vertices[k], base.vertices.get(k + 1));
             let offset = out.vertices[k];
@@ -68,7 +73,9 @@ impl ShiftMap for HybridShift {
             };
             let met = self.follow(scene, &offset.leave(wi), out);
             match (met, to) {
-                (Some((vertex, emitter)), Some(_)) => {
+                (Some((mut vertex, emitter)), Some(target)) => {
+                    // The light that this step met does not depend on what the walk decides there, so the step stands either way.
+                    let possible = vertex.decide_as(scene, target.delta);
                     if both && vertex.connectable {
                         // The shift back would reconnect here.
                         out.end = failed(ShiftFailure::LobeMismatch);
@@ -77,6 +84,10 @@ impl ShiftMap for HybridShift {
                     out.steps.push(OffsetStep { wi, jacobian });
                     out.vertices.push(vertex);
                     out.emitters.push(emitter);
+                    if !possible {
+                        out.end = OffsetEnd::Failed { at: k + 1, why: ShiftFailure::LobeMismatch };
+                        return;
+                    }
                 }
                 (None, None) => {
                     out.steps.push(OffsetStep { wi, jacobian });

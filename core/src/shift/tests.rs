@@ -79,7 +79,7 @@ fn image(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> Option<Subpat
         // Past the shift's own steps directions are shared, the one that leaves the scene between connectable vertices included.
         let wi = offset.steps.get(k).map_or(step.wi, |turned| turned.wi);
         let evaluation = if k == own {
-            vertex.evaluate_from(scene, offset.vertices[k - 1].position, wi)
+            vertex.seen_from(scene, offset.vertices[k - 1].position).evaluate(scene, wi)
         } else if k > own {
             step.evaluation
         } else if step.delta {

@@ -61,6 +61,12 @@ impl Spectrum {
         self.0.dot(self.0)
     }
 
+    /// Each lane held between two numbers.
+    #[inline]
+    pub fn clamp(self, least: f32, most: f32) -> Self {
+        self.map(|v| v.clamp(least, most))
+    }
+
     /// Applies a function to red, green and blue.
     #[inline]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {

@@ -11,6 +11,30 @@ use super::transform::Transform;
 pub enum Camera {
     /// Perspective projection, through a pinhole or a thin lens.
     Perspective(Perspective),
+    /// Parallel projection.
+    Orthographic(Orthographic),
+}
+
+impl Camera {
+    /// From the camera's frame to the world.
+    pub fn to_world(&self) -> &Transform {
+        match self {
+            Camera::Perspective(camera) => &camera.to_world,
+            Camera::Orthographic(camera) => &camera.to_world,
+        }
+    }
+}
+
+/// A camera of parallel rays, in the same frame as the perspective one; its film spans [-1, 1] along X, scaled by `scale`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Orthographic {
+    /// From the camera's frame to the world. Turns and moves only: a scale is an error.
+    #[serde(default)]
+    pub to_world: Transform,
+    /// Half the width of what the film sees [m], > 0; its height follows from the film.
+    #[serde(default = "one")]
+    pub scale: f64,
 }
 
 /// A perspective camera.
@@ -31,6 +55,9 @@ pub struct Perspective {
     /// Radius of the thin lens [m]; 0 is a pinhole, everything is sharp.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub lens_radius: f64,
+    /// Where the line of sight meets the film, from its centre, in fractions of its width (to the right) and height (down).
+    #[serde(default, skip_serializing_if = "is_centre")]
+    pub principal_point: [f64; 2],
     /// Distance along +Z of the plane that the lens renders sharp [m].
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub focus_distance: f64,
@@ -49,6 +76,10 @@ pub enum FovAxis {
     Smaller,
     /// The longer side.
     Larger,
+}
+
+fn is_centre(value: &[f64; 2]) -> bool {
+    *value == [0.0; 2]
 }
 
 fn one() -> f64 {

@@ -13,17 +13,30 @@ use super::validate;
 
 pub mod camera;
 pub mod colour;
+pub mod film;
+pub mod input;
+pub mod light;
 pub mod map;
 pub mod material;
+pub mod medium;
 pub mod metal;
 pub mod shape;
+pub mod texture;
 pub mod transform;
 
-pub use camera::{Camera, FovAxis, Perspective};
+pub use camera::{Camera, FovAxis, Orthographic, Perspective};
 pub use colour::Colour;
-pub use material::{Conductor, Dielectric, Diffuse, Material};
+pub use film::{Crop, Film, Filter};
+pub use input::{ColourInput, Input, ScalarInput};
+pub use light::{DirectionalLight, Environment, EnvironmentImage, Falloff, Light, PointLight, Sky, SpotLight};
+pub use material::{
+    Blend, BumpMap, Conductor, Dielectric, Diffuse, Distribution, Mask, Material, NormalMap, Phong, Plastic, Principled, RoughDiffuse,
+    TwoSided, Ward,
+};
+pub use medium::{HenyeyGreenstein, Homogeneous, Medium, Phase};
 pub use metal::Metal;
-pub use shape::{Emission, Geometry, Instance, MeshFile, MeshInline, Normals, Shape, Sphere};
+pub use shape::{Cylinder, Emission, Geometry, Instance, MeshFile, MeshInline, Normals, Shape, Sphere};
+pub use texture::{Bitmap, Channels, Checkerboard, Encoding, Mix, Product, Texture, TextureFilter, UvTransform, VertexColour, Wrap};
 pub use transform::{LookAt, Operation, Rotation, Transform};
 
 /// The version of the description that this code reads and writes.
@@ -47,6 +60,12 @@ pub struct SceneDescription {
     /// How far light is followed.
     #[serde(default)]
     pub integrator: Integrator,
+    /// Textures by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty", deserialize_with = "map::unique_names")]
+    pub textures: BTreeMap<String, Texture>,
+    /// Participating media by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty", deserialize_with = "map::unique_names")]
+    pub media: BTreeMap<String, Medium>,
     /// Materials by name.
     #[serde(default, deserialize_with = "map::unique_names")]
     pub materials: BTreeMap<String, Material>,
@@ -56,27 +75,15 @@ pub struct SceneDescription {
     /// What stands in the scene.
     #[serde(default)]
     pub shapes: Vec<Shape>,
+    /// Lights without a surface.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<Light>,
     /// Light from infinitely far away, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<Environment>,
-}
-
-/// The film: a lattice of square pixels, each the mean of radiance over its area (box filter).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Film {
-    /// Width in pixels.
-    #[schemars(range(min = 1, max = 65536))]
-    pub width: u32,
-    /// Height in pixels.
-    #[schemars(range(min = 1, max = 65536))]
-    pub height: u32,
-}
-
-impl Default for Film {
-    fn default() -> Film {
-        Film { width: 256, height: 256 }
-    }
+    /// Name of the medium around the camera, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub medium: Option<String>,
 }
 
 /// How far light is followed.
@@ -107,14 +114,6 @@ impl Default for Integrator {
     fn default() -> Integrator {
         Integrator { max_depth: Integrator::default_max_depth(), roulette_depth: Integrator::default_roulette_depth() }
     }
-}
-
-/// Constant light from every direction.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Environment {
-    /// Radiance [W·sr⁻¹·m⁻²].
-    pub radiance: Colour,
 }
 
 impl SceneDescription {
@@ -148,7 +147,10 @@ impl SceneDescription {
     /// The relative names of all files that the scene refers to, sorted, each once.
     pub fn assets(&self) -> Vec<String> {
         let shapes = self.groups.values().flatten().chain(&self.shapes);
-        let mut names: Vec<String> = shapes.filter_map(|shape| shape.geometry.file().map(str::to_string)).collect();
+        let meshes = shapes.filter_map(|shape| shape.geometry.file());
+        let textures = self.textures.values().filter_map(Texture::file);
+        let image = self.environment.iter().filter_map(|environment| environment.image.as_ref()).map(|image| image.file.as_str());
+        let mut names: Vec<String> = meshes.chain(textures).chain(image).map(str::to_string).collect();
         names.sort();
         names.dedup();
         names

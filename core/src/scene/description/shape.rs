@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::colour::Colour;
+use super::input::ColourInput;
 use super::transform::Transform;
 
 /// One shape in the scene or in a group.
@@ -24,6 +24,12 @@ pub struct Shape {
     /// Light that leaves its front, where its normal points. Only outside groups.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub emission: Option<Emission>,
+    /// Name of the medium behind the surface, where its normal points away from. Needs `exterior` to agree with what lies before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interior: Option<String>,
+    /// Name of the medium before the surface, where its normal points to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exterior: Option<String>,
     /// Turns the surface inside out: back becomes front.
     #[serde(default, skip_serializing_if = "is_no")]
     pub flip_normals: bool,
@@ -39,6 +45,10 @@ pub enum Geometry {
     Cube,
     /// A sphere, normals outwards.
     Sphere(Sphere),
+    /// The disk of radius 1 about the origin in the XY plane, normal +Z.
+    Disk,
+    /// A tube without ends, normals outwards.
+    Cylinder(Cylinder),
     /// Triangles written here.
     Mesh(MeshInline),
     /// Triangles from a Wavefront OBJ file.
@@ -54,7 +64,13 @@ impl Geometry {
     pub fn file(&self) -> Option<&str> {
         match self {
             Geometry::Obj(mesh) | Geometry::Ply(mesh) => Some(&mesh.file),
-            Geometry::Rectangle | Geometry::Cube | Geometry::Sphere(_) | Geometry::Mesh(_) | Geometry::Instance(_) => None,
+            Geometry::Rectangle
+            | Geometry::Cube
+            | Geometry::Sphere(_)
+            | Geometry::Disk
+            | Geometry::Cylinder(_)
+            | Geometry::Mesh(_)
+            | Geometry::Instance(_) => None,
         }
     }
 }
@@ -66,6 +82,20 @@ pub struct Sphere {
     /// Centre [m].
     #[serde(default)]
     pub center: [f64; 3],
+    /// Radius [m], > 0.
+    pub radius: f64,
+}
+
+/// A tube in its own frame. Its `to_world` may turn, move and scale it evenly.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// One end of its axis [m].
+    #[serde(default)]
+    pub p0: [f64; 3],
+    /// The other end [m].
+    #[serde(default = "above")]
+    pub p1: [f64; 3],
     /// Radius [m], > 0.
     pub radius: f64,
 }
@@ -84,6 +114,9 @@ pub struct MeshInline {
     /// Texture coordinates, one a vertex.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Colours, one a vertex, linear Rec.709, for the texture `vertex_colour`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colours: Option<Vec<[f32; 3]>>,
 }
 
 /// Triangles from a file beside the scene.
@@ -124,12 +157,19 @@ pub struct Instance {
     pub of: String,
 }
 
-/// Light from a surface, equal in all directions of its front side.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// Light from a surface, equal in all directions of its side.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Emission {
     /// Radiance [W·sr⁻¹·m⁻²].
-    pub radiance: Colour,
+    pub radiance: ColourInput,
+    /// Whether light leaves the back too.
+    #[serde(default, skip_serializing_if = "is_no")]
+    pub two_sided: bool,
+}
+
+fn above() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
 }
 
 fn is_no(value: &bool) -> bool {

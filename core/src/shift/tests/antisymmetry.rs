@@ -24,7 +24,7 @@ fn carry_joints(case: &Case, base: &mut Subpath, image: &mut Subpath) {
             for joint in here {
                 base.joints.push(*joint);
                 let evaluation = if k == own {
-                    image.vertices[k].evaluate_from(scene, offset.vertices[k - 1].position, joint.wi)
+                    image.vertices[k].seen_from(scene, offset.vertices[k - 1].position).evaluate(scene, joint.wi)
                 } else {
                     joint.evaluation
                 };

@@ -17,15 +17,16 @@ fn walk(case: &Case, steps: &[Step], free: &[DVec3]) -> Option<Subpath> {
             // The base path leaves the scene with its last step, or nowhere.
             return (k == steps.len() && case.base.vertices.len() == k).then_some(out);
         };
-        let vertex = Vertex::new(case.scene, &surface, ray.direction, threshold);
-        if case.base.vertices.get(k)?.material != vertex.material {
+        let mut vertex = Vertex::new(case.scene, &surface, ray.direction, threshold);
+        let there = case.base.vertices.get(k)?;
+        if there.material != vertex.material || !vertex.decide_as(case.scene, there.delta) {
             return None;
         }
         out.vertices.push(vertex);
         let Some(step) = steps.get(k) else { break };
         let wi = if step.delta {
             let choice = if step.transmits { 1.0 } else { 0.0 };
-            let scatter = vertex.sample(case.scene, || choice, [0.5; 2])?;
+            let scatter = vertex.sample(case.scene, choice, [0.5; 2])?;
             let crosses = vertex.wo.z * vertex.frame.normal.dot(scatter.wi) < 0.0;
             (crosses == step.transmits).then_some(scatter.wi)?
         } else {

@@ -4,9 +4,9 @@
 //! Richardson's extrapolation removes the leading truncation error that large steps bring.
 
 use super::*;
-use crate::geometry::{ShapeId, SurfacePoint};
+use crate::geometry::{Hit, ShapeId, SurfacePoint};
 use crate::light::LightPoint;
-use crate::material::{Dielectric, Ggx, Material};
+use crate::material::{Bsdf, Dielectric, Ggx, Material};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::path::connect;
 use crate::sampling::warp::uniform_sphere;
@@ -68,8 +68,14 @@ fn compare(jacobian: f64, numeric: Option<(f64, f64)>, what: impl Fn() -> String
 
 /// Materials by shape, with nothing near the origin: vertices there are free to be anywhere.
 fn samples_of_matter() -> Scene {
-    let clear =
-        |eta| Material::Dielectric(Dielectric { eta, reflectance: Spectrum::WHITE, transmittance: Spectrum::WHITE, ggx: Ggx::new(0.3) });
+    let clear = |eta| {
+        Material::from(Bsdf::Dielectric(Dielectric {
+            eta,
+            reflectance: Spectrum::WHITE,
+            transmittance: Spectrum::WHITE,
+            ggx: Ggx::new(0.3),
+        }))
+    };
     [metal(0.3), clear(1.5), clear(1.33), clear(1.9), diffuse(0.5, 0.5, 0.5), glass(0.0), metal(0.0)]
         .into_iter()
         .enumerate()
@@ -105,7 +111,16 @@ impl Chance {
     fn vertex(&mut self, scene: &Scene, shape: u32) -> Vertex {
         let normal = self.direction();
         let position = self.direction();
-        let surface = SurfacePoint { position, error: 1e-6, normal, shading_normal: normal, uv: Vec2::ZERO, t: 1.0, shape: ShapeId(shape) };
+        let surface = SurfacePoint {
+            position,
+            error: 1e-6,
+            normal,
+            shading_normal: normal,
+            uv: Vec2::ZERO,
+            t: 1.0,
+            shape: ShapeId(shape),
+            hit: Hit::default(),
+        };
         Vertex::new(scene, &surface, self.direction(), 0.001)
     }
 }
@@ -143,7 +158,7 @@ fn compare_half_vectors(base_shape: u32, offset_shape: u32, transmits: bool) {
 /// Whether a microfacet can send light this way: for a refraction, whether both directions lie on different sides of it.
 fn refracts(scene: &Scene, vertex: &Vertex, wi: Vec3) -> bool {
     let wi = vertex.frame.to_local(wi);
-    let h = vertex.wo + wi * vertex.material(scene).relative_ior(vertex.wo);
+    let h = vertex.wo + wi * vertex.material(scene).relative_ior(&vertex.at, vertex.wo);
     vertex.wo.z * wi.z > 0.0 || vertex.wo.dot(h) * wi.dot(h) < 0.0
 }
 
@@ -174,14 +189,14 @@ fn delta_lobes_copy_the_mirror_direction_without_a_jacobian() {
     for (shape, index) in [CLEAR, MIRROR].into_iter().flat_map(|shape| (0..500).map(move |index| (shape, index))) {
         let mut chance = Chance { index, place: 1 << 20 };
         let (base, offset) = (chance.vertex(&scene, shape), chance.vertex(&scene, shape));
-        let Some(scatter) = base.sample(&scene, || chance.pair()[0], [0.5; 2]) else { continue };
+        let Some(scatter) = base.sample(&scene, chance.pair()[0], [0.5; 2]) else { continue };
         let taken = step(&base, scatter.wi, true);
         let Ok((turned, jacobian)) = half_vector(&scene, &base, &taken, &offset) else { continue };
         assert_eq!(jacobian, 1.0);
         // The offset path may be drawn too: its direction is one that the delta lobe would choose.
         let own = offset.frame.to_local(turned);
         let tangential = Vec2::new(own.x, own.y);
-        let bent = if taken.transmits { offset.material(&scene).relative_ior(offset.wo) } else { 1.0 };
+        let bent = if taken.transmits { offset.material(&scene).relative_ior(&offset.at, offset.wo) } else { 1.0 };
         assert!((tangential * bent + Vec2::new(offset.wo.x, offset.wo.y)).length() < 1e-5, "{shape}, number {index}");
     }
 }
@@ -212,7 +227,15 @@ fn reconnections_have_their_determinant() {
         });
         compared += usize::from(compare(jacobian, numeric, || format!("number {index}")).is_some());
         // A light point is joined by the same rule.
-        let point = LightPoint { light: 0, position: target.position, error: 1e-6, normal: target.normal, infinite: false };
+        let point = LightPoint {
+            light: 0,
+            position: target.position,
+            error: 1e-6,
+            normal: target.normal,
+            uv: Vec2::ZERO,
+            infinite: false,
+            delta: false,
+        };
         assert_eq!(connect(&base, &offset, &point).unwrap().1, jacobian);
     }
     assert!(compared > 300, "only {compared} could be compared");
@@ -223,6 +246,7 @@ fn light_at_infinity_keeps_its_direction() {
     let scene = samples_of_matter();
     let mut chance = Chance { index: 0, place: 1 << 22 };
     let (base, offset) = (chance.vertex(&scene, DIFFUSE), chance.vertex(&scene, DIFFUSE));
-    let point = LightPoint { light: 0, position: chance.direction(), error: 0.0, normal: Vec3::ZERO, infinite: true };
+    let point =
+        LightPoint { light: 0, position: chance.direction(), error: 0.0, normal: Vec3::ZERO, uv: Vec2::ZERO, infinite: true, delta: false };
     assert_eq!(connect(&base, &offset, &point), Some((point.position, 1.0)));
 }

@@ -2,12 +2,12 @@
 
 use super::super::xml::Element;
 use super::context::Context;
-use crate::scene::description::{Colour, Conductor, Dielectric, Diffuse, Material, Metal};
+use crate::scene::description::{Colour, Conductor, Dielectric, Diffuse, Distribution, Material, Metal};
 use crate::scene::error::{Error, ErrorKind};
 
 /// What Mitsuba gives a shape that names no surface.
 pub(super) fn default_material() -> Material {
-    Material::Diffuse(Diffuse { reflectance: Colour::grey(0.5), two_sided: false })
+    Material::Diffuse(Diffuse { reflectance: Colour::grey(0.5).into(), two_sided: false })
 }
 
 /// Reads a `<bsdf>`.
@@ -24,7 +24,7 @@ pub(super) fn read(context: &mut Context<'_>, element: &Element) -> Result<Mater
     match &mut material {
         Material::Diffuse(diffuse) => diffuse.two_sided = true,
         Material::Conductor(conductor) => conductor.two_sided = true,
-        Material::Dielectric(_) => return Err(context.fault(one, ErrorKind::Invalid, "a transparent surface", "one that only reflects")),
+        _ => return Err(context.fault(one, ErrorKind::Invalid, "a transparent surface", "one that only reflects")),
     }
     context.finish(element, "one bsdf")?;
     Ok(material)
@@ -35,7 +35,7 @@ fn plain(context: &mut Context<'_>, element: &Element) -> Result<Material, Error
     let material = match kind.as_str() {
         "diffuse" => {
             let reflectance = context.colour(element, "reflectance")?.unwrap_or(Colour::grey(0.5));
-            Material::Diffuse(Diffuse { reflectance, two_sided: false })
+            Material::Diffuse(Diffuse { reflectance: reflectance.into(), two_sided: false })
         }
         "conductor" | "roughconductor" => Material::Conductor(conductor(context, element, kind == "roughconductor")?),
         "dielectric" | "roughdielectric" => Material::Dielectric(dielectric(context, element, kind == "roughdielectric")?),
@@ -74,7 +74,17 @@ fn conductor(context: &Context<'_>, element: &Element, rough: bool) -> Result<Co
     };
     let roughness = if rough { roughness(context, element)? } else { 0.0 };
     let reflectance = context.colour(element, "specular_reflectance")?.unwrap_or(Colour::WHITE);
-    Ok(Conductor { metal, eta, k, roughness, reflectance, two_sided: false })
+    Ok(Conductor {
+        metal,
+        eta,
+        k,
+        roughness: roughness.into(),
+        roughness_v: None,
+        distribution: Distribution::Ggx,
+        energy_conserving: false,
+        reflectance: reflectance.into(),
+        two_sided: false,
+    })
 }
 
 fn dielectric(context: &Context<'_>, element: &Element, rough: bool) -> Result<Dielectric, Error> {
@@ -83,7 +93,17 @@ fn dielectric(context: &Context<'_>, element: &Element, rough: bool) -> Result<D
     let roughness = if rough { roughness(context, element)? } else { 0.0 };
     let reflectance = context.colour(element, "specular_reflectance")?.unwrap_or(Colour::WHITE);
     let transmittance = context.colour(element, "specular_transmittance")?.unwrap_or(Colour::WHITE);
-    Ok(Dielectric { interior_ior, exterior_ior, roughness, reflectance, transmittance })
+    Ok(Dielectric {
+        interior_ior,
+        exterior_ior,
+        thin: false,
+        roughness: roughness.into(),
+        roughness_v: None,
+        distribution: Distribution::Ggx,
+        energy_conserving: false,
+        reflectance: reflectance.into(),
+        transmittance: transmittance.into(),
+    })
 }
 
 /// α of a GGX distribution. Mitsuba's default is Beckmann's, which has other tails and is not here.

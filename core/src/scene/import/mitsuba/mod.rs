@@ -162,7 +162,7 @@ impl<'a> Importer<'a> {
         self.once(self.environment.is_some(), element)?;
         let radiance = self.context.colour(element, "radiance")?.unwrap_or(crate::scene::description::Colour::WHITE);
         self.context.finish(element, "radiance")?;
-        self.environment = Some(Environment { radiance });
+        self.environment = Some(Environment::constant(radiance));
         self.lines.insert("environment".to_string(), (element.line, element.column));
         Ok(())
     }
@@ -180,10 +180,14 @@ impl<'a> Importer<'a> {
             camera,
             film: self.film,
             integrator,
+            textures: BTreeMap::new(),
+            media: BTreeMap::new(),
             materials: self.materials,
             groups: BTreeMap::new(),
             shapes: self.shapes,
+            lights: Vec::new(),
             environment: self.environment,
+            medium: None,
         };
         description.validate(file).map_err(|fault| locate(fault, &self.lines))?;
         Ok(Imported { description, made: MadeAssets::new(), report: self.context.report })

@@ -50,7 +50,7 @@ pub(super) fn read(context: &mut Context<'_>, element: &Element) -> Result<(Came
         [_, second, ..] => return Err(context.fault(second, ErrorKind::Malformed, "a second film", "one")),
     };
     context.finish(element, "fov, fov_axis, to_world, aperture_radius, focus_distance, sampler and film")?;
-    let camera = Perspective { to_world, fov, fov_axis, lens_radius, focus_distance };
+    let camera = Perspective { to_world, fov, fov_axis, lens_radius, principal_point: [0.0; 2], focus_distance };
     Ok((Camera::Perspective(camera), film))
 }
 
@@ -79,5 +79,5 @@ fn read_film(context: &mut Context<'_>, element: &Element) -> Result<Film, Error
     }
     context.finish(element, "width, height, file_format, pixel_format, component_format, sample_border and rfilter")?;
     let side = |side: i64| u32::try_from(side).unwrap_or(0);
-    Ok(Film { width: side(width), height: side(height) })
+    Ok(Film::new(side(width), side(height)))
 }

@@ -25,7 +25,7 @@ pub(super) fn read(context: &mut Context<'_>, element: &Element) -> Result<Shape
     let emission = emission(context, element)?;
     context.finish(element, "to_world, flip_normals, a bsdf or ref, an area emitter, and what the kind of shape needs")?;
     let name = context.id(element)?.unwrap_or_default();
-    Ok(Shape { name, geometry, to_world, material: None, emission, flip_normals })
+    Ok(Shape { name, geometry, to_world, material: None, emission, interior: None, exterior: None, flip_normals })
 }
 
 /// A mesh file. Without normals of its own Mitsuba makes smooth ones, unless `face_normals` says otherwise.
@@ -52,5 +52,5 @@ fn emission(context: &Context<'_>, element: &Element) -> Result<Option<Emission>
     }
     let radiance = context.colour(emitter, "radiance")?.unwrap_or(Colour::WHITE);
     context.finish(emitter, "radiance")?;
-    Ok(Some(Emission { radiance }))
+    Ok(Some(Emission { radiance: radiance.into(), two_sided: false }))
 }

@@ -47,23 +47,23 @@ const SMALL: &str = r#"<!-- a comment -->
 #[test]
 fn a_small_scene_comes_out_as_written() {
     let (scene, report) = import(SMALL, "dir/s.xml").unwrap();
-    let Camera::Perspective(camera) = &scene.camera;
+    let Camera::Perspective(camera) = &scene.camera else { panic!("{:?}", scene.camera) };
     assert_eq!((camera.fov, camera.lens_radius, camera.focus_distance), (40.0, 0.1, 4.0));
     assert_eq!(camera.fov_axis, crate::scene::description::FovAxis::Larger);
-    assert_eq!((scene.film, scene.integrator.max_depth), (Film { width: 32, height: 24 }, 8));
+    assert_eq!((scene.film, scene.integrator.max_depth), (Film::new(32, 24), 8));
     assert_eq!(scene.shapes.iter().map(|shape| shape.name.as_str()).collect::<Vec<_>>(), ["Lamp", "", "", ""]);
-    assert_eq!(scene.shapes[0].emission.unwrap().radiance, Colour([17.0, 12.0, 4.0]));
+    assert_eq!(scene.shapes[0].emission.as_ref().unwrap().radiance, Colour([17.0, 12.0, 4.0]).into());
     let moved = scene.shapes[0].to_world.matrix().transform_point3(glam::DVec3::new(1.0, 1.0, 0.0));
     assert!((moved - glam::DVec3::new(2.0, 3.0, 1.0)).length() < 1e-12, "{moved}");
     let Material::Conductor(gold) = &scene.materials[scene.shapes[1].material.as_ref().unwrap()] else { panic!("no conductor") };
-    assert_eq!((gold.metal, gold.roughness, gold.two_sided), (Some(Metal::Au), 0.2, false));
+    assert_eq!((gold.metal, &gold.roughness, gold.two_sided), (Some(Metal::Au), &0.2.into(), false));
     let Material::Dielectric(ice) = &scene.materials["Ice"] else { panic!("no dielectric") };
-    assert_eq!((ice.interior_ior, ice.exterior_ior, ice.roughness), (1.31, 1.0, 0.3));
+    assert_eq!((ice.interior_ior, ice.exterior_ior, &ice.roughness), (1.31, 1.0, &0.3.into()));
     let Geometry::Obj(mesh) = &scene.shapes[2].geometry else { panic!("no mesh") };
     assert_eq!((mesh.file.as_str(), mesh.normals), ("models/a.obj", Normals::Smooth));
     assert_eq!(scene.materials["default"], bsdf::default_material());
     assert!(matches!(&scene.materials["Wall"], Material::Diffuse(wall) if wall.two_sided));
-    assert_eq!(scene.environment.unwrap().radiance, Colour::grey(0.5));
+    assert_eq!(scene.environment.as_ref().unwrap().radiance, Some(Colour::grey(0.5)));
     assert_eq!(report, ["line 12, <sampler type=\"independent\">: left aside: samples are chosen for each job"]);
     // What was imported is a native scene like any other.
     assert_eq!(SceneDescription::from_json(&scene.to_json(), "s.json").unwrap(), scene);
