@@ -19,7 +19,7 @@ const CRATES: &[(&str, &[&str])] = &[
 /// Modules of the core, storey by storey from the ground. A module may use every storey below its own.
 const STOREYS: &[&[&str]] = &[
     &["lattice", "math", "sampling", "spectrum"],
-    &["geometry", "light", "material", "sensor"],
+    &["geometry", "texture", "light", "material", "medium", "sensor"],
     &["scene", "effects"],
     &["path"],
     &["film", "integrator", "shift", "reconstruction", "metrics"],
@@ -31,6 +31,8 @@ const BESIDE: &[(&str, &str)] = &[
     ("sampling", "math"),
     ("spectrum", "math"),
     ("light", "geometry"),
+    ("light", "texture"),
+    ("material", "texture"),
     ("effects", "scene"),
     ("reconstruction", "film"),
     ("metrics", "film"),
@@ -41,10 +43,10 @@ const BESIDE: &[(&str, &str)] = &[
 /// What a module may not use although it lies below: methods see the contract of paths, never each other's ground.
 const APART: &[(&str, &[&str])] = &[
     ("gradient", &["integrator", "shift", "film", "reconstruction", "metrics"]),
-    ("film", &["geometry", "light", "material", "sensor", "scene", "effects", "path"]),
-    ("reconstruction", &["geometry", "light", "material", "sensor", "scene", "effects", "path"]),
-    ("metrics", &["geometry", "light", "material", "sensor", "scene", "effects", "path"]),
-    ("output", &["geometry", "light", "material", "sensor", "scene", "effects", "path", "integrator", "shift"]),
+    ("film", &["geometry", "texture", "light", "material", "medium", "sensor", "scene", "effects", "path"]),
+    ("reconstruction", &["geometry", "texture", "light", "material", "medium", "sensor", "scene", "effects", "path"]),
+    ("metrics", &["geometry", "texture", "light", "material", "medium", "sensor", "scene", "effects", "path"]),
+    ("output", &["geometry", "texture", "light", "material", "medium", "sensor", "scene", "effects", "path", "integrator", "shift"]),
 ];
 
 /// Most lines of a file.
