@@ -11,6 +11,7 @@ pub mod spectrum;
 pub mod geometry;
 pub mod light;
 pub mod material;
+pub mod medium;
 pub mod sensor;
 pub mod texture;
 // storey 3: scene, and what it calls for

@@ -5,10 +5,12 @@ use crate::lattice::Extent;
 use crate::light::{AreaLight, Emitter, Environment, Light, Lights};
 use crate::material::{Bsdf, Conductor, Dielectric, Diffuse, Ggx, Material};
 use crate::math::{Transform, Vec3};
+use crate::medium::{Homogeneous, Medium, MediumId, Phase};
 use crate::plan::{Plan, ReconstructionKind, Technique};
-use crate::scene::{Scene, Shape};
+use crate::scene::{Boundary, Scene, Shape};
 use crate::sensor::{FieldAxis, Sensor};
 use crate::spectrum::Spectrum;
+use crate::texture::ScalarInput;
 
 /// Gathers a scene shape by shape.
 #[derive(Default)]
@@ -17,6 +19,11 @@ pub(crate) struct Stage {
     shapes: Vec<Shape>,
     materials: Vec<Material>,
     lights: Vec<Light>,
+    boundaries: Vec<Boundary>,
+    media: Vec<Medium>,
+    around: Option<MediumId>,
+    /// The boundary of the next shape.
+    boundary: Option<u32>,
 }
 
 impl Stage {
@@ -26,7 +33,7 @@ impl Stage {
             self.lights.len() as u32 - 1
         });
         self.materials.push(material);
-        self.shapes.push(Shape { material: self.materials.len() as u32 - 1, light });
+        self.shapes.push(Shape { material: self.materials.len() as u32 - 1, light, boundary: self.boundary.take() });
         ShapeId(self.shapes.len() as u32 - 1)
     }
 
@@ -50,6 +57,26 @@ impl Stage {
         self
     }
 
+    /// The next shape lets this share of light pass, and bounds these media.
+    pub(crate) fn bounded(mut self, opacity: f32, media: Option<[MediumId; 2]>) -> Self {
+        self.boundaries.push(Boundary { opacity: ScalarInput::Constant(opacity), media });
+        self.boundary = Some(self.boundaries.len() as u32 - 1);
+        self
+    }
+
+    /// Adds a medium, the k-th having the id k.
+    pub(crate) fn medium(mut self, extinction: Spectrum, albedo: f32, mean_cosine: f32) -> Self {
+        let medium = Homogeneous { extinction, albedo: Spectrum::grey(albedo), phase: Phase { mean_cosine } };
+        self.media.push(Medium::Homogeneous(medium));
+        self
+    }
+
+    /// The last medium fills the space around the camera.
+    pub(crate) fn around(mut self) -> Self {
+        self.around = Some(MediumId(self.media.len() as u32 - 1));
+        self
+    }
+
     pub(crate) fn environment(mut self, radiance: f32) -> Self {
         self.lights.push(Light::Environment(Environment { radiance: Spectrum::grey(radiance) }));
         self
@@ -63,6 +90,9 @@ impl Stage {
             world,
             shapes: self.shapes,
             materials: self.materials,
+            boundaries: self.boundaries,
+            media: self.media,
+            around: self.around.unwrap_or(MediumId::VACUUM),
             lights: Lights::new(self.lights, radius),
             sensor: Sensor { to_world: Transform::IDENTITY, half_tangent, axis: FieldAxis::X, lens_radius, focus_distance: 3.0 },
         }
@@ -114,6 +144,27 @@ pub(crate) fn scenes() -> Vec<(&'static str, Scene)> {
                 .sphere(p(0.3, 1.2, 3.0), 0.2, diffuse(0.0, 0.0, 0.0), 20.0)
                 .environment(0.7)
                 .seen(0.5, 0.0),
+        ),
+        (
+            "fog",
+            room()
+                .sphere(p(-0.3, -0.5, 3.2), 0.5, diffuse(0.8, 0.6, 0.3), 0.0)
+                .medium(Spectrum::rgb(0.1, 0.25, 0.4), 0.9, 0.3)
+                .around()
+                .seen(0.35, 0.0),
+        ),
+        (
+            "bounded",
+            room()
+                .medium(Spectrum::rgb(2.0, 1.0, 0.5), 0.8, 0.8)
+                .medium(Spectrum::rgb(0.5, 1.0, 2.0), 0.7, 0.0)
+                .bounded(0.0, Some([MediumId::VACUUM, MediumId(0)]))
+                .sphere(p(-0.45, -0.2, 3.0), 0.5, diffuse(0.0, 0.0, 0.0), 0.0)
+                .bounded(1.0, Some([MediumId::VACUUM, MediumId(1)]))
+                .sphere(p(0.45, -0.4, 2.8), 0.45, glass(0.0), 0.0)
+                .bounded(0.4, None)
+                .quad(p(-0.9, 0.3, 2.4), Vec3::X * 1.8, Vec3::Z * 1.2, diffuse(0.7, 0.7, 0.2), 0.0)
+                .seen(0.35, 0.0),
         ),
     ]
 }

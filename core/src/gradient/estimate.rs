@@ -4,7 +4,7 @@ use super::pair::Pair;
 use crate::light::LightPoint;
 use crate::material::Evaluation;
 use crate::math::Vec3;
-use crate::path::{Joint, OffsetEnd, OffsetSubpath, Step, Strategy, Subpath, Vertex, connect, sees};
+use crate::path::{Joint, OffsetEnd, OffsetStep, OffsetSubpath, Passage, Step, Strategy, Subpath, Vertex, connect, passage_to_light};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 
@@ -18,7 +18,7 @@ use crate::spectrum::Spectrum;
 /// * the light has no extent: the offset connects, whatever the vertices are;
 /// * there is no offset: the base counts alone, against zero.
 pub fn difference(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> (Spectrum, u32) {
-    let mut pair = Pair::START;
+    let mut pair = Pair::start(&base.camera.passage, &offset.camera);
     let mut sum = Spectrum::BLACK;
     let mut rays = 0;
     let mut joints = &base.joints[..];
@@ -43,7 +43,7 @@ pub fn difference(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> (Spe
         let connectable = vertex.connectable && shifted.connectable;
         // Only next-event estimation finds lights without extent, so these joints are connected however sharp the lobes are.
         for joint in at_vertex.iter().filter(|joint| connectable || joint.point.delta) {
-            let known = visibility_known(offset.end, base, k, joint);
+            let known = passage_known(offset, base, k, joint);
             sum += connected(scene, vertex, shifted, joint, pair, known, &mut rays);
         }
         if !connectable && let Some(step) = step {
@@ -60,7 +60,7 @@ pub fn difference(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> (Spe
             break;
         };
         let there = scatter(scene, shifted, step, turned.wi);
-        pair = advance(pair, step, there, turned.jacobian);
+        pair = advance(pair, step, there, turned);
     }
     (sum, rays)
 }
@@ -73,12 +73,13 @@ fn scatter(scene: &Scene, vertex: &Vertex, step: &Step, wi: Vec3) -> Evaluation 
 
 /// Takes both paths over a step. Roulette's survival is decided by the base path for both, and cancels in the ratio.
 #[inline]
-fn advance(pair: Pair, step: &Step, offset: Evaluation, jacobian: f64) -> Pair {
-    let density = step.evaluation.density;
+fn advance(pair: Pair, step: &Step, offset: Evaluation, turned: &OffsetStep) -> Pair {
+    let density = step.evaluation.density * step.leg.passage.density;
+    let OffsetStep { jacobian, passage, .. } = *turned;
     Pair {
         base: pair.base * step.weight(),
-        offset: pair.offset * offset.value * (jacobian as f32 / (density * step.survival)),
-        ratio: pair.ratio * jacobian * f64::from(offset.density) / f64::from(density),
+        offset: pair.offset * offset.value * passage.value * (jacobian as f32 / (density * step.survival)),
+        ratio: pair.ratio * jacobian * (f64::from(offset.density) * f64::from(passage.density) / f64::from(density)),
     }
 }
 
@@ -97,27 +98,36 @@ fn rejoined(scene: &Scene, base: &Subpath, k: usize, before: Vec3, pair: Pair, j
     if let Some(step) = base.steps.get(k)
         && let Some(radiance) = base.radiance.get(k + 1)
     {
-        sum += advance(pair, step, evaluate(step.wi), 1.0).shared(*radiance);
+        let shared = OffsetStep { wi: step.wi, jacobian: 1.0, passage: step.leg.passage };
+        sum += advance(pair, step, evaluate(step.wi), &shared).shared(*radiance);
     }
     sum
 }
 
-/// Whether the walk of the shift already found out if the offset sees the light point that the base path hit.
+/// What lies between the offset and the light point that the base path hit, where the shift already found out.
 #[inline]
-fn visibility_known(end: OffsetEnd, base: &Subpath, k: usize, joint: &Joint) -> Option<bool> {
+fn passage_known(offset: &OffsetSubpath, base: &Subpath, k: usize, joint: &Joint) -> Option<Passage> {
     if joint.strategy != Strategy::Hit || !base.vertices.get(k + 1).is_some_and(|v| v.connectable) {
         return None;
     }
-    match end {
-        OffsetEnd::Rejoined { at } if at == k + 1 => Some(true),
-        OffsetEnd::Failed { at, .. } if at == k + 1 => Some(false),
+    match offset.end {
+        OffsetEnd::Rejoined { at } if at == k + 1 => offset.steps.get(k).map(|step| step.passage),
+        OffsetEnd::Failed { at, .. } if at == k + 1 => Some(Passage::BLOCKED),
         _ => None,
     }
 }
 
 /// Both vertices can connect: the offset path goes to the same light point.
 #[inline]
-fn connected(scene: &Scene, vertex: &Vertex, shifted: &Vertex, joint: &Joint, pair: Pair, known: Option<bool>, rays: &mut u32) -> Spectrum {
+fn connected(
+    scene: &Scene,
+    vertex: &Vertex,
+    shifted: &Vertex,
+    joint: &Joint,
+    pair: Pair,
+    known: Option<Passage>,
+    rays: &mut u32,
+) -> Spectrum {
     let mine = (joint.value(), f64::from(joint.density()));
     let nothing = (Spectrum::BLACK, 0.0);
     let d = match connect(vertex, shifted, &joint.point) {
@@ -126,12 +136,16 @@ fn connected(scene: &Scene, vertex: &Vertex, shifted: &Vertex, joint: &Joint, pa
             let light_density = scene.lights.density(shifted.position, &joint.point) * shifted.lobe_probability;
             if light_density > 0.0 {
                 let evaluation = shifted.evaluate(scene, wi);
-                let visible = !evaluation.value.is_black()
-                    && known.unwrap_or_else(|| {
+                let passage = if evaluation.value.is_black() {
+                    Passage::BLOCKED
+                } else {
+                    known.unwrap_or_else(|| {
                         *rays += 1;
-                        sees(scene, shifted, &joint.point)
-                    });
-                let there = Joint { evaluation, light_density, visible, ..*joint };
+                        passage_to_light(scene, shifted, &joint.point)
+                    })
+                };
+                let radiance = scene.lights.radiance(&joint.point, shifted.position);
+                let there = Joint { evaluation, light_density, passage, radiance, ..*joint };
                 pair.difference(mine, (there.value(), f64::from(there.density())), jacobian)
             } else {
                 pair.difference(mine, nothing, 1.0)
@@ -145,7 +159,7 @@ fn connected(scene: &Scene, vertex: &Vertex, shifted: &Vertex, joint: &Joint, pa
 #[inline]
 fn copied(scene: &Scene, offset: &OffsetSubpath, k: usize, step: &Step, hit: Option<&Joint>, pair: Pair) -> Spectrum {
     let mine = hit.map_or(Spectrum::BLACK, Joint::value);
-    let density = f64::from(step.evaluation.density);
+    let density = f64::from(step.evaluation.density) * f64::from(step.leg.passage.density);
     let shifted = &offset.vertices[k];
     let Some(turned) = offset.steps.get(k) else {
         return pair.difference((mine, density), (Spectrum::BLACK, 0.0), 1.0) / step.survival;
@@ -156,6 +170,8 @@ fn copied(scene: &Scene, offset: &OffsetSubpath, k: usize, step: &Step, hit: Opt
     };
     let there = scatter(scene, shifted, step, turned.wi);
     let radiance = met.map_or(Spectrum::BLACK, |point| scene.lights.radiance(&point, shifted.position));
-    let d = pair.difference((mine, density), (there.value * radiance, f64::from(there.density)), turned.jacobian);
+    let value = there.value * radiance * turned.passage.value;
+    let there = (value, f64::from(there.density) * f64::from(turned.passage.density));
+    let d = pair.difference((mine, density), there, turned.jacobian);
     d / step.survival
 }

@@ -11,6 +11,7 @@
 //! the density of the strategy at hand cancels. All densities share the factor p(x₀ … xₖ) of the base path up to the joint, so
 //! they are kept relative to it: the offset's by the running ratio ρ = p(y₀ … yₖ) |T′| / p(x₀ … xₖ), never by separate products.
 
+use crate::path::Passage;
 use crate::spectrum::Spectrum;
 
 /// Base and offset path at the same vertex, relative to the base path's density up to there.
@@ -25,8 +26,14 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// At the camera: both paths weigh the same.
+    /// Before anything differs: both paths weigh the same.
     pub const START: Pair = Pair { base: Spectrum::WHITE, offset: Spectrum::WHITE, ratio: 1.0 };
+
+    /// At the end of the camera's legs.
+    #[inline]
+    pub fn start(base: &Passage, offset: &Passage) -> Pair {
+        Pair { base: base.weight(), offset: offset.value / base.density, ratio: f64::from(offset.density) / f64::from(base.density) }
+    }
 
     /// The weighted difference, offset minus base, of a joint.
     ///

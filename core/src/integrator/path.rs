@@ -5,7 +5,7 @@
 
 use crate::light::LightPoint;
 use crate::math::Ray;
-use crate::path::{FirstSurface, Integrator, Joint, Step, Strategy, Subpath, Vertex, sees};
+use crate::path::{Arrival, FirstSurface, Integrator, Joint, Leg, Passage, Step, Strategy, Subpath, Vertex, passage_to_light, seen, walk};
 use crate::sampling::{Dimension, SampleStream};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -28,22 +28,20 @@ impl Integrator for PathIntegrator {
     fn generate(&self, scene: &Scene, camera: &Ray, stream: &SampleStream, out: &mut Subpath) {
         out.clear();
         out.rays = 1;
-        let Some(surface) = scene.trace(camera) else {
-            if let Some(point) = scene.lights.at_infinity(camera.direction) {
-                out.direct = scene.lights.radiance(&point, camera.origin);
-            }
-            return;
-        };
-        if let Some(point) = scene.light_point(&surface) {
-            out.direct = scene.lights.radiance(&point, camera.origin);
-        }
-        let mut vertex = Vertex::new(scene, &surface, camera.direction, self.shift_threshold);
+        let (leg, arrival) = walk(scene, camera, scene.around, |i| stream.number(Dimension::leg(0, i)));
+        out.camera = leg;
+        out.direct = if scene.is_clear() { emitted(scene, &arrival, camera) } else { seen(scene, camera, scene.around) };
+        let Some(mut vertex) = Vertex::arrived(scene, &arrival, camera.direction, self.shift_threshold) else { return };
         out.first = Some(FirstSurface {
-            albedo: vertex.material(scene).albedo(&vertex.at),
+            albedo: vertex.albedo(scene),
             normal: if vertex.wo.z < 0.0 { -vertex.frame.normal } else { vertex.frame.normal },
-            depth: surface.t,
+            depth: match &arrival {
+                Arrival::Surface(landing) => landing.surface.t,
+                Arrival::Medium(collision) => collision.distance,
+                Arrival::Escaped => 0.0,
+            },
         });
-        let mut throughput = Spectrum::WHITE;
+        let mut throughput = leg.passage.weight();
         // A joint at vertex k has k + 2 edges.
         for k in 0..self.max_depth.saturating_sub(1) as usize {
             let choice = vertex.decide(scene, || stream.number(Dimension::lobe(k)));
@@ -63,6 +61,7 @@ impl Integrator for PathIntegrator {
                 survival: 1.0,
                 delta: scatter.delta,
                 transmits: vertex.wo.z * vertex.frame.normal.dot(scatter.wi) < 0.0,
+                leg: Leg::CLEAR,
             };
             if k as u32 + 2 > self.roulette_depth {
                 step.survival = (throughput * step.weight()).max().min(MOST_SURVIVAL);
@@ -70,22 +69,25 @@ impl Integrator for PathIntegrator {
                     break;
                 }
             }
+            let (leg, arrival) =
+                walk(scene, &vertex.leave(step.wi), vertex.medium_towards(step.wi), |i| stream.number(Dimension::leg(k + 1, i)));
+            step.leg = leg;
             throughput *= step.weight();
             out.steps.push(step);
             out.rays += 1;
-            let Some(surface) = scene.trace(&vertex.leave(step.wi)) else {
-                if let Some(point) = scene.lights.at_infinity(step.wi) {
-                    out.joints.push(hit(scene, &vertex, k, &step, point));
-                }
-                break;
+            let point = match &arrival {
+                Arrival::Surface(landing) => scene.light_point(&landing.surface),
+                Arrival::Medium(_) => None,
+                Arrival::Escaped => scene.lights.at_infinity(step.wi),
             };
-            if let Some(point) = scene.light_point(&surface) {
+            if let Some(point) = point {
                 let joint = hit(scene, &vertex, k, &step, point);
                 if !joint.radiance.is_black() {
                     out.joints.push(joint);
                 }
             }
-            vertex = Vertex::new(scene, &surface, step.wi, self.shift_threshold);
+            let Some(next) = Vertex::arrived(scene, &arrival, step.wi, self.shift_threshold) else { break };
+            vertex = next;
             if k as u32 + 2 == self.max_depth {
                 // Beyond the last edge nothing is gathered, but shifts must know what the last step met.
                 vertex.decide(scene, || stream.number(Dimension::lobe(k + 1)));
@@ -106,7 +108,7 @@ impl PathIntegrator {
         let wi = if point.infinite { point.position } else { (point.position - vertex.position).normalize() };
         let evaluation = vertex.evaluate(scene, wi);
         let radiance = scene.lights.radiance(&point, vertex.position);
-        let visible = !evaluation.value.is_black() && sees(scene, vertex, &point);
+        let passage = if evaluation.value.is_black() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &point) };
         Some(Joint {
             vertex: k as u32,
             strategy: Strategy::NextEvent,
@@ -115,10 +117,21 @@ impl PathIntegrator {
             radiance,
             evaluation,
             light_density: sample.density * vertex.lobe_probability,
-            visible,
+            passage,
             survival: 1.0,
         })
     }
+}
+
+/// What the camera's ray meets that gives light.
+#[inline]
+fn emitted(scene: &Scene, arrival: &Arrival, camera: &Ray) -> Spectrum {
+    let point = match arrival {
+        Arrival::Surface(landing) => scene.light_point(&landing.surface),
+        Arrival::Medium(_) => None,
+        Arrival::Escaped => scene.lights.at_infinity(camera.direction),
+    };
+    point.map_or(Spectrum::BLACK, |point| scene.lights.radiance(&point, camera.origin))
 }
 
 /// The joint of a step that met a light.
@@ -132,7 +145,7 @@ fn hit(scene: &Scene, vertex: &Vertex, k: usize, step: &Step, point: LightPoint)
         radiance: scene.lights.radiance(&point, vertex.position),
         evaluation: step.evaluation,
         light_density: if step.delta { 0.0 } else { scene.lights.density(vertex.position, &point) * vertex.lobe_probability },
-        visible: true,
+        passage: step.leg.passage,
         survival: step.survival,
     }
 }

@@ -1,9 +1,8 @@
-//! A vertex joined straight to a point: the direction, how solid angle changes where the edge starts elsewhere, and what lies between.
+//! A vertex joined straight to a point: the direction, and how solid angle changes where the edge starts elsewhere.
 
 use super::vertex::Vertex;
 use crate::light::LightPoint;
-use crate::math::{Vec3, segment};
-use crate::scene::Scene;
+use crate::math::Vec3;
 
 /// Direction and Jacobian of joining the offset path to a light point; visibility is part of the contribution and left to the caller.
 /// `None` where the light point is seen edge-on or not at all.
@@ -20,21 +19,14 @@ pub fn connect(base: &Vertex, offset: &Vertex, point: &LightPoint) -> Option<(Ve
 }
 
 /// Unit direction from `offset` to `target`, and the ratio of solid angles that an area element at `target` with this unit normal fills
-/// seen from `offset` and from `base` [1]. `None` where it is edge-on to either.
+/// seen from `offset` and from `base` [1]; of a volume element where the normal is zero. `None` where it is edge-on to either.
 #[inline]
 pub fn turn(base: Vec3, offset: Vec3, target: Vec3, normal: Vec3) -> Option<(Vec3, f64)> {
     let (a, b) = (target - base, target - offset);
     let (a2, b2) = (f64::from(a.length_squared()), f64::from(b.length_squared()));
-    let (cos_a, cos_b) = (f64::from(a.dot(normal).abs()), f64::from(b.dot(normal).abs()));
+    let (cos_a, cos_b) =
+        if normal == Vec3::ZERO { (a2.sqrt(), b2.sqrt()) } else { (f64::from(a.dot(normal).abs()), f64::from(b.dot(normal).abs())) };
     // cosθ carries one edge length each: the remaining power is 3/2.
     let jacobian = (cos_b / cos_a) * (a2 * a2.sqrt()) / (b2 * b2.sqrt());
     (jacobian > 0.0 && jacobian.is_finite()).then(|| (b / b.length(), jacobian))
-}
-
-/// Whether nothing lies between a vertex and a light point.
-#[inline]
-pub fn sees(scene: &Scene, vertex: &Vertex, point: &LightPoint) -> bool {
-    let ray =
-        if point.infinite { vertex.leave(point.position) } else { segment(vertex.end(), (point.position, point.error, point.normal)) };
-    !scene.world.occluded(&ray)
 }

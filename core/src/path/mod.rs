@@ -5,14 +5,16 @@
 
 mod connection;
 mod integrator;
+mod leg;
 mod offset;
 mod shift;
 mod subpath;
 mod vertex;
 
-pub use connection::{connect, sees, turn};
+pub use connection::{connect, turn};
 pub use integrator::Integrator;
+pub use leg::{Arrival, Collision, Landing, Leg, Passage, Stop, follow, passage_between, passage_to_light, seen, walk};
 pub use offset::{OffsetEnd, OffsetStep, OffsetSubpath, ShiftFailure};
 pub use shift::ShiftMap;
 pub use subpath::{FirstSurface, Joint, Step, Strategy, Subpath};
-pub use vertex::Vertex;
+pub use vertex::{Matter, Vertex};

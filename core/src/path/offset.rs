@@ -1,5 +1,6 @@
 //! The shifted camera subpath: geometry and Jacobian, nothing of contributions or densities.
 
+use super::leg::Passage;
 use super::vertex::Vertex;
 use crate::math::Vec3;
 
@@ -45,11 +46,15 @@ pub struct OffsetStep {
     pub wi: Vec3,
     /// Factor on |∂T/∂x| by this step, in solid angle at its vertex, > 0 [1].
     pub jacobian: f64,
+    /// What lies along it.
+    pub passage: Passage,
 }
 
 /// The offset path, up to where it rejoins the base path. Scratch, like the base path.
 #[derive(Clone, Debug)]
 pub struct OffsetSubpath {
+    /// What lies along the leg from the camera.
+    pub camera: Passage,
     /// Vertex k is the shifted vertex k of the base path.
     pub vertices: Vec<Vertex>,
     /// Step k leads from offset vertex k.
@@ -64,13 +69,21 @@ pub struct OffsetSubpath {
 
 impl Default for OffsetSubpath {
     fn default() -> Self {
-        Self { vertices: Vec::new(), steps: Vec::new(), emitters: Vec::new(), end: OffsetEnd::Followed { escaped: false }, rays: 0 }
+        Self {
+            camera: Passage::CLEAR,
+            vertices: Vec::new(),
+            steps: Vec::new(),
+            emitters: Vec::new(),
+            end: OffsetEnd::Followed { escaped: false },
+            rays: 0,
+        }
     }
 }
 
 impl OffsetSubpath {
     /// Empties it.
     pub fn clear(&mut self) {
+        self.camera = Passage::CLEAR;
         self.vertices.clear();
         self.steps.clear();
         self.emitters.clear();

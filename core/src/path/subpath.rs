@@ -1,5 +1,6 @@
 //! The cached base path.
 
+use super::leg::{Leg, Passage};
 use super::vertex::Vertex;
 use crate::light::LightPoint;
 use crate::material::Evaluation;
@@ -19,13 +20,15 @@ pub struct Step {
     pub delta: bool,
     /// Whether the direction crosses the surface.
     pub transmits: bool,
+    /// The leg that it leads along.
+    pub leg: Leg,
 }
 
 impl Step {
-    /// f · |cosθ| / p, roulette included: the factor on the throughput.
+    /// f · |cosθ| / p, roulette and the leg included: the factor on the throughput.
     #[inline]
     pub fn weight(&self) -> Spectrum {
-        self.evaluation.value / (self.evaluation.density * self.survival)
+        self.evaluation.value * self.leg.passage.value / (self.evaluation.density * self.leg.passage.density * self.survival)
     }
 }
 
@@ -59,24 +62,24 @@ pub struct Joint {
     /// Density of sampling the light point [sr⁻¹ at the vertex; 1 for lights without extent], the decision against delta lobes
     /// included; 0 where next-event estimation cannot.
     pub light_density: f32,
-    /// Whether nothing lies between.
-    pub visible: bool,
+    /// What lies between.
+    pub passage: Passage,
     /// Probability with which Russian roulette let the walk reach it, in (0, 1].
     pub survival: f32,
 }
 
 impl Joint {
-    /// Scattering times radiance times visibility: the measurement without the throughput up to the vertex.
+    /// Scattering times radiance times what gets through: the measurement without the throughput up to the vertex.
     #[inline]
     pub fn value(&self) -> Spectrum {
-        if self.visible { self.evaluation.value * self.radiance } else { Spectrum::BLACK }
+        self.evaluation.value * self.radiance * self.passage.value
     }
 
     /// Sum of the densities with which either strategy finds this joint [sr⁻¹]; walking finds neither what it
     /// cannot see nor a light without extent.
     #[inline]
     pub fn density(&self) -> f32 {
-        self.light_density + if self.visible && !self.point.delta { self.evaluation.density } else { 0.0 }
+        self.light_density + if self.point.delta { 0.0 } else { self.evaluation.density * self.passage.density }
     }
 
     /// The joint's contribution for unit throughput, MIS weight included.
@@ -86,25 +89,27 @@ impl Joint {
     }
 }
 
-/// What the camera saw first.
+/// What stands at the end of the camera's leg.
 #[derive(Clone, Copy, Debug)]
 pub struct FirstSurface {
     /// Reflectance [1].
     pub albedo: Spectrum,
-    /// Unit shading normal, turned to the camera.
+    /// Unit shading normal, turned to the camera; the direction to the camera inside a medium.
     pub normal: Vec3,
     /// Distance along the ray.
     pub depth: f32,
 }
 
 /// A camera subpath with everything that shifting it needs. Scratch: cleared and refilled for each sample, never freed.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Subpath {
     /// Emission and environment that the camera sees directly.
     pub direct: Spectrum,
-    /// The first surface, if there is one.
+    /// The leg from the camera.
+    pub camera: Leg,
+    /// What stands at its end, if it ends on a surface or inside a medium.
     pub first: Option<FirstSurface>,
-    /// Surface vertices, the first one what the camera sees.
+    /// Vertices, the first one at the end of the camera's leg.
     pub vertices: Vec<Vertex>,
     /// Step k leads from vertex k to vertex k + 1, or out of the scene where that does not exist.
     pub steps: Vec<Step>,
@@ -116,10 +121,26 @@ pub struct Subpath {
     pub rays: u32,
 }
 
+impl Default for Subpath {
+    fn default() -> Self {
+        Self {
+            direct: Spectrum::BLACK,
+            camera: Leg::CLEAR,
+            first: None,
+            vertices: Vec::new(),
+            steps: Vec::new(),
+            joints: Vec::new(),
+            radiance: Vec::new(),
+            rays: 0,
+        }
+    }
+}
+
 impl Subpath {
     /// Empties it.
     pub fn clear(&mut self) {
         self.direct = Spectrum::BLACK;
+        self.camera = Leg::CLEAR;
         self.first = None;
         self.vertices.clear();
         self.steps.clear();
@@ -149,6 +170,6 @@ impl Subpath {
     /// The primal estimate of this sample, without what is directly visible.
     #[inline]
     pub fn primal(&self) -> Spectrum {
-        self.radiance.first().copied().unwrap_or(Spectrum::BLACK)
+        self.radiance.first().map_or(Spectrum::BLACK, |radiance| *radiance * self.camera.passage.weight())
     }
 }

@@ -44,12 +44,21 @@ impl Dimension {
         Self::vertex(vertex, 5)
     }
 
+    /// The i-th number of the leg that leads to the vertex of this index. The first is stratified like the others.
+    #[inline]
+    pub fn leg(vertex: usize, i: u32) -> Dimension {
+        if i == 0 { Self::vertex(vertex, 7) } else { Dimension(LEGS | (vertex as u32) << 12 | (i & 0xfff)) }
+    }
+
     /// Russian roulette.
     #[inline]
     pub fn roulette(vertex: usize) -> Dimension {
         Self::vertex(vertex, 6)
     }
 }
+
+/// Dimensions from here on belong to legs that need more than one number.
+const LEGS: u32 = 1 << 31;
 
 /// Names one sample of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

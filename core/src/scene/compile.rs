@@ -8,7 +8,7 @@ use super::assets::Assets;
 use super::description::{self, Colour, Geometry, SceneDescription};
 use super::error::{Error, ErrorKind};
 use super::mesh::{self, MeshFormat};
-use super::runtime::{Scene, Shape};
+use super::runtime::{Boundary, Scene, Shape};
 use crate::geometry::{Group, Instance, Mesh, ShapeId, Sphere, WorldBuilder};
 use crate::light::{AreaLight, Emitter, Light, Lights};
 use crate::math::{Transform, Vec2, Vec3};
@@ -17,6 +17,7 @@ use crate::spectrum::Spectrum;
 mod camera;
 mod light;
 mod material;
+mod medium;
 mod texture;
 
 /// The name that errors carry for faults of the description itself; those of its files carry the file's name.
@@ -32,7 +33,7 @@ impl Scene {
         let textures = texture::compile(description, assets)?;
         let materials = material::compile(description, &textures)?;
         let sensor = camera::sensor(&description.camera, &description.film)?;
-        let mut compiler = Compiler::new(description, assets);
+        let mut compiler = Compiler::new(description, assets, &textures);
         let mut builder = WorldBuilder::default();
         let groups = compiler.groups(&mut builder)?;
         for (index, shape) in description.shapes.iter().enumerate() {
@@ -47,7 +48,16 @@ impl Scene {
         let world = builder.build();
         compiler.lights.extend(light::compile(description, assets)?);
         let radius = world.bounds().radius();
-        Ok(Scene { shapes: compiler.shapes, materials, lights: Lights::new(compiler.lights, radius), sensor, world })
+        Ok(Scene {
+            shapes: compiler.shapes,
+            materials,
+            boundaries: compiler.boundaries,
+            media: medium::compile(description),
+            around: medium::id(description, description.medium.as_ref()),
+            lights: Lights::new(compiler.lights, radius),
+            sensor,
+            world,
+        })
     }
 }
 
@@ -73,14 +83,25 @@ struct Compiler<'a> {
     materials: BTreeMap<&'a str, u32>,
     /// Mesh files, read once each however often they are used.
     files: BTreeMap<(&'a str, MeshFormat, u8), Mesh>,
+    textures: &'a texture::Textures,
     shapes: Vec<Shape>,
+    boundaries: Vec<Boundary>,
     lights: Vec<Light>,
 }
 
 impl<'a> Compiler<'a> {
-    fn new(description: &'a SceneDescription, assets: &'a dyn Assets) -> Compiler<'a> {
+    fn new(description: &'a SceneDescription, assets: &'a dyn Assets, textures: &'a texture::Textures) -> Compiler<'a> {
         let materials = description.materials.keys().map(String::as_str).zip(0..).collect();
-        Compiler { description, assets, materials, files: BTreeMap::new(), shapes: Vec::new(), lights: Vec::new() }
+        Compiler {
+            description,
+            assets,
+            materials,
+            files: BTreeMap::new(),
+            textures,
+            shapes: Vec::new(),
+            boundaries: Vec::new(),
+            lights: Vec::new(),
+        }
     }
 
     /// Builds every group that holds shapes of its own, and says which number it got.
@@ -146,7 +167,11 @@ impl<'a> Compiler<'a> {
         };
         let light = self.light(shape, &placed, path)?;
         let material = shape.material.as_deref().and_then(|name| self.materials.get(name)).copied().unwrap_or_default();
-        self.shapes.push(Shape { material, light });
+        let boundary = medium::boundary(self.description, shape, self.textures).map(|boundary| {
+            self.boundaries.push(boundary);
+            self.boundaries.len() as u32 - 1
+        });
+        self.shapes.push(Shape { material, light, boundary });
         Ok(placed)
     }
 

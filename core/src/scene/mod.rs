@@ -19,4 +19,4 @@ pub use assets::{Assets, DirectoryAssets, MadeAssets, NoAssets, SceneAssets};
 pub use description::SceneDescription;
 pub use error::{Error, ErrorKind};
 pub use read::{Loaded, load};
-pub use runtime::{Scene, Shape};
+pub use runtime::{Boundary, Scene, Shape};

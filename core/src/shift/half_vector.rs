@@ -7,7 +7,8 @@ use crate::scene::Scene;
 /// Copies the half vector of a base step to the offset vertex.
 ///
 /// Returns the offset's unit world direction and |T′| [1] in solid angle: for a reflection |ωᵢ′·h| / |ωᵢ·h|; for a refraction
-/// (η/η′)² · (‖h̃′‖² / ‖h̃‖²) · (|ωᵢ·h| / |ωᵢ′·h|), with h̃ = ωₒ + η ωᵢ not normalised; 1 for delta lobes.
+/// (η/η′)² · (‖h̃′‖² / ‖h̃‖²) · (|ωᵢ·h| / |ωᵢ′·h|), with h̃ = ωₒ + η ωᵢ not normalised; 1 for delta lobes, and inside media, where
+/// the direction is copied.
 ///
 /// # Errors
 /// `TotalReflection` if the offset cannot refract; `LobeMismatch` if one of both is a delta and the other not, if they lie on
@@ -18,14 +19,19 @@ use crate::scene::Scene;
 /// eqs. 14 and 17, which give the factor (η/η′)² where the two indices differ.
 #[inline]
 pub fn half_vector(scene: &Scene, base: &Vertex, step: &Step, offset: &Vertex) -> Result<(Vec3, f64), ShiftFailure> {
+    match (base.medium(), offset.medium()) {
+        // There is no half vector: the direction keeps its place about the direction that light came from.
+        (Some(_), Some(_)) => return Ok((offset.frame.to_world(base.frame.to_local(step.wi)).normalize(), 1.0)),
+        (None, None) => {}
+        _ => return Err(ShiftFailure::LobeMismatch),
+    }
     if base.delta != offset.delta || base.wo.z * offset.wo.z <= 0.0 {
         return Err(ShiftFailure::LobeMismatch);
     }
     let (wo, wi) = (base.wo, base.frame.to_local(step.wi));
     let wo_offset = offset.wo;
     let (local, jacobian) = if step.transmits {
-        let eta = base.material(scene).relative_ior(&base.at, wo);
-        let eta_offset = offset.material(scene).relative_ior(&offset.at, wo_offset);
+        let (eta, eta_offset) = (base.relative_ior(scene), offset.relative_ior(scene));
         if eta == 1.0 && eta_offset == 1.0 && step.delta {
             // Straight on: there is no half vector, and none is needed.
             return Ok((offset.frame.to_world(-wo_offset).normalize(), 1.0));

@@ -7,7 +7,8 @@ use super::half_vector::half_vector;
 use super::reconnection::reconnect;
 use crate::light::LightPoint;
 use crate::math::Ray;
-use crate::path::{OffsetEnd, OffsetStep, OffsetSubpath, ShiftFailure, ShiftMap, Subpath, Vertex};
+use crate::medium::MediumId;
+use crate::path::{Arrival, OffsetEnd, OffsetStep, OffsetSubpath, Passage, ShiftFailure, ShiftMap, Stop, Subpath, Vertex, follow};
 use crate::scene::Scene;
 
 /// Reconnects where base vertex, offset vertex and next base vertex are all connectable, and copies the half vector elsewhere.
@@ -20,22 +21,38 @@ pub struct HybridShift {
 }
 
 impl HybridShift {
-    /// The vertex where a ray meets a surface, and its light point.
+    /// Follows a ray to where the base path's leg stopped. `None` where it cannot stop there; no vertex where both left the scene.
     #[inline]
-    fn follow(&self, scene: &Scene, ray: &Ray, out: &mut OffsetSubpath) -> Option<(Vertex, Option<LightPoint>)> {
+    fn follow(&self, scene: &Scene, ray: &Ray, medium: MediumId, stop: Stop, out: &mut OffsetSubpath) -> Option<Followed> {
         out.rays += 1;
-        let surface = scene.trace(ray)?;
-        Some((Vertex::new(scene, &surface, ray.direction, self.threshold), scene.light_point(&surface)))
+        let (passage, arrival) = follow(scene, ray, medium, stop)?;
+        let vertex = Vertex::arrived(scene, &arrival, ray.direction, self.threshold).map(|vertex| {
+            let emitter = match &arrival {
+                Arrival::Surface(landing) => scene.light_point(&landing.surface),
+                Arrival::Medium(_) | Arrival::Escaped => None,
+            };
+            (vertex, emitter)
+        });
+        Some(Followed { passage, vertex })
     }
+}
+
+/// Where a leg led that was followed.
+struct Followed {
+    passage: Passage,
+    /// The vertex at its end, and its light point.
+    vertex: Option<(Vertex, Option<LightPoint>)>,
 }
 
 impl ShiftMap for HybridShift {
     fn shift(&self, scene: &Scene, base: &Subpath, camera: &Ray, out: &mut OffsetSubpath) {
         out.clear();
-        let Some((mut vertex, emitter)) = self.follow(scene, camera, out) else {
+        let followed = self.follow(scene, camera, scene.around, base.camera.stop, out);
+        let Some(Followed { passage, vertex: Some((mut vertex, emitter)) }) = followed else {
             out.end = OffsetEnd::Failed { at: 0, why: ShiftFailure::Escaped };
             return;
         };
+        out.camera = passage;
         let possible = base.vertices.first().is_none_or(|first| vertex.decide_as(scene, first.delta));
         out.vertices.push(vertex);
         out.emitters.push(emitter);
@@ -51,8 +68,8 @@ impl ShiftMap for HybridShift {
                 Some(target) if both && target.connectable => {
                     out.rays += 1;
                     out.end = match reconnect(scene, from, &offset, target) {
-                        Ok((wi, jacobian)) => {
-                            out.steps.push(OffsetStep { wi, jacobian });
+                        Ok((wi, jacobian, passage)) => {
+                            out.steps.push(OffsetStep { wi, jacobian, passage });
                             OffsetEnd::Rejoined { at: k + 1 }
                         }
                         Err(why) => OffsetEnd::Failed { at: k + 1, why },
@@ -71,8 +88,12 @@ impl ShiftMap for HybridShift {
                     return;
                 }
             };
-            let met = self.follow(scene, &offset.leave(wi), out);
-            match (met, to) {
+            let Some(Followed { passage, vertex }) = self.follow(scene, &offset.leave(wi), offset.medium_towards(wi), step.leg.stop, out)
+            else {
+                out.end = failed(ShiftFailure::Escaped);
+                return;
+            };
+            match (vertex, to) {
                 (Some((mut vertex, emitter)), Some(target)) => {
                     // The light that this step met does not depend on what the walk decides there, so the step stands either way.
                     let possible = vertex.decide_as(scene, target.delta);
@@ -81,7 +102,7 @@ impl ShiftMap for HybridShift {
                         out.end = failed(ShiftFailure::LobeMismatch);
                         return;
                     }
-                    out.steps.push(OffsetStep { wi, jacobian });
+                    out.steps.push(OffsetStep { wi, jacobian, passage });
                     out.vertices.push(vertex);
                     out.emitters.push(emitter);
                     if !possible {
@@ -90,7 +111,7 @@ impl ShiftMap for HybridShift {
                     }
                 }
                 (None, None) => {
-                    out.steps.push(OffsetStep { wi, jacobian });
+                    out.steps.push(OffsetStep { wi, jacobian, passage });
                     out.end = OffsetEnd::Followed { escaped: true };
                     return;
                 }

@@ -10,7 +10,7 @@ use super::HybridShift;
 use crate::integrator::PathIntegrator;
 use crate::lattice::{Extent, Offset};
 use crate::math::Ray;
-use crate::path::{Integrator, OffsetEnd, OffsetSubpath, ShiftMap, Step, Subpath, Vertex};
+use crate::path::{Integrator, Leg, OffsetEnd, OffsetSubpath, ShiftMap, Step, Subpath, Vertex};
 use crate::sampling::{Dimension, SampleKey, SampleStream};
 use crate::scene::Scene;
 use crate::testing::scenes;
@@ -72,7 +72,8 @@ fn image(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> Option<Subpat
         OffsetEnd::Rejoined { at } => at,
         OffsetEnd::Followed { .. } => offset.vertices.len(),
     };
-    let mut image = Subpath { vertices: offset.vertices.clone(), ..Subpath::default() };
+    let camera = Leg { passage: offset.camera, ..base.camera };
+    let mut image = Subpath { camera, vertices: offset.vertices.clone(), ..Subpath::default() };
     image.vertices.extend(base.vertices.iter().skip(own));
     for (k, step) in base.steps.iter().enumerate() {
         let vertex = &image.vertices[k];
@@ -88,7 +89,8 @@ fn image(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> Option<Subpat
             vertex.evaluate(scene, wi)
         };
         let transmits = if k < own { vertex.wo.z * vertex.frame.normal.dot(wi) < 0.0 } else { step.transmits };
-        image.steps.push(Step { wi, evaluation, transmits, ..*step });
+        let passage = offset.steps.get(k).map_or(step.leg.passage, |turned| turned.passage);
+        image.steps.push(Step { wi, evaluation, transmits, leg: Leg { passage, ..step.leg }, ..*step });
     }
     Some(image)
 }

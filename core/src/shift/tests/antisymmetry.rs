@@ -7,7 +7,7 @@
 use super::*;
 use crate::gradient::difference;
 use crate::light::LightPoint;
-use crate::path::{Joint, Strategy, connect, sees};
+use crate::path::{Joint, Passage, Strategy, connect, passage_to_light};
 use crate::spectrum::Spectrum;
 
 /// Splits the joints of `base` into those that the shift maps, and gives `image` the joints that they map to.
@@ -23,31 +23,36 @@ fn carry_joints(case: &Case, base: &mut Subpath, image: &mut Subpath) {
         if k >= own {
             for joint in here {
                 base.joints.push(*joint);
-                let evaluation = if k == own {
-                    image.vertices[k].seen_from(scene, offset.vertices[k - 1].position).evaluate(scene, joint.wi)
+                let vertex = &base.vertices[k];
+                let (evaluation, decided) = if k == own {
+                    let seen = image.vertices[k].seen_from(scene, offset.vertices[k - 1].position);
+                    (seen.evaluate(scene, joint.wi), seen.lobe_probability / vertex.lobe_probability)
                 } else {
-                    joint.evaluation
+                    (joint.evaluation, 1.0)
                 };
-                image.joints.push(Joint { evaluation, ..*joint });
+                image.joints.push(Joint { evaluation, light_density: joint.light_density * decided, ..*joint });
             }
-        } else if base.vertices[k].connectable && image.vertices[k].connectable {
-            for joint in here {
-                let vertex = &image.vertices[k];
-                let light_density = scene.lights.density(vertex.position, &joint.point);
-                if edge_on(scene, &base.vertices[k], &joint.point) || edge_on(scene, vertex, &joint.point) {
-                    continue;
-                }
-                if let Some((wi, _)) = connect(&base.vertices[k], vertex, &joint.point)
-                    && light_density > 0.0
-                {
-                    let evaluation = vertex.evaluate(scene, wi);
-                    let visible = !evaluation.value.is_black() && sees(scene, vertex, &joint.point);
-                    base.joints.push(*joint);
-                    image.joints.push(Joint { wi, evaluation, light_density, visible, ..*joint });
-                }
+            continue;
+        }
+        let connectable = base.vertices[k].connectable && image.vertices[k].connectable;
+        for joint in here.clone().filter(|joint| connectable || joint.point.delta) {
+            let vertex = &image.vertices[k];
+            let light_density = scene.lights.density(vertex.position, &joint.point) * vertex.lobe_probability;
+            if edge_on(scene, &base.vertices[k], &joint.point) || edge_on(scene, vertex, &joint.point) {
+                continue;
             }
-        } else {
-            base.joints.extend(here);
+            if let Some((wi, _)) = connect(&base.vertices[k], vertex, &joint.point)
+                && light_density > 0.0
+            {
+                let evaluation = vertex.evaluate(scene, wi);
+                let passage = if evaluation.value.is_black() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &joint.point) };
+                let radiance = scene.lights.radiance(&joint.point, vertex.position);
+                base.joints.push(*joint);
+                image.joints.push(Joint { wi, evaluation, light_density, passage, radiance, ..*joint });
+            }
+        }
+        if !connectable {
+            base.joints.extend(here.filter(|joint| !joint.point.delta));
             if let Some(step) = image.steps.get(k)
                 && let Some(point) = offset.emitters.get(k + 1).copied().unwrap_or_else(|| scene.lights.at_infinity(step.wi))
             {
@@ -60,7 +65,7 @@ fn carry_joints(case: &Case, base: &mut Subpath, image: &mut Subpath) {
                     radiance: scene.lights.radiance(&point, from),
                     evaluation: step.evaluation,
                     light_density: 0.0,
-                    visible: true,
+                    passage: step.leg.passage,
                     survival: step.survival,
                 });
             }
@@ -71,7 +76,7 @@ fn carry_joints(case: &Case, base: &mut Subpath, image: &mut Subpath) {
 }
 
 fn edge_on(scene: &Scene, vertex: &Vertex, point: &LightPoint) -> bool {
-    !point.infinite && (point.position - vertex.position).dot(point.normal).abs() < 1e-4 * scene.world.bounds().radius()
+    !point.infinite && !point.delta && (point.position - vertex.position).dot(point.normal).abs() < 1e-4 * scene.world.bounds().radius()
 }
 
 fn size(s: Spectrum) -> f64 {
@@ -86,8 +91,8 @@ fn differences_change_sign_with_the_direction() {
     each_shift(24, 32, |case| {
         let Some(mut image) = image(case.scene, case.base, case.offset) else { return };
         // A path of density zero is never a base path; then it must be worth nothing, or its light would be lost.
-        if let Some(step) = image.steps.iter().find(|s| s.evaluation.density <= 0.0) {
-            assert!(step.evaluation.value.is_black(), "{}: worth something, but never found", case.place);
+        if let Some(step) = image.steps.iter().find(|s| s.evaluation.density * s.leg.passage.density <= 0.0) {
+            assert!((step.evaluation.value * step.leg.passage.value).is_black(), "{}: worth something, but never found", case.place);
             return;
         }
         let mut base = case.base.clone();

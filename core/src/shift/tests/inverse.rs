@@ -11,8 +11,10 @@ const JACOBIAN: f64 = 1e-3;
 /// Density of the offset path times the Jacobian over the density of the base path; `None` where the offset path is never drawn.
 fn ratio(base: &Subpath, image: &Subpath, offset: &OffsetSubpath) -> Option<f64> {
     let mut ratio: f64 = offset.steps.iter().map(|step| step.jacobian).product();
+    ratio *= f64::from(image.camera.passage.density) / f64::from(base.camera.passage.density);
     for (there, here) in image.steps.iter().zip(&base.steps) {
         ratio *= f64::from(there.evaluation.density) / f64::from(here.evaluation.density);
+        ratio *= f64::from(there.leg.passage.density) / f64::from(here.leg.passage.density);
     }
     (ratio > 0.0).then_some(ratio)
 }
@@ -35,7 +37,7 @@ fn every_shift_can_be_undone(edge: u32, samples: u32) {
         assert_eq!(back.end, case.offset.end, "{}: end of the way back", case.place);
         assert_eq!(back.vertices.len(), case.offset.vertices.len(), "{}: vertices", case.place);
         let own = back.vertices.iter().zip(&case.base.vertices);
-        assert!(own.clone().all(|(a, b)| a.material == b.material), "{}: materials", case.place);
+        assert!(own.clone().all(|(a, b)| a.matter == b.matter), "{}: materials", case.place);
         let far = distance(case.base, &back) / f64::from(case.scene.world.bounds().radius());
         assert!(far < POSITION, "{}: strayed by {far:e}", case.place);
         let shortest = case.base.vertices.windows(2).map(|e| f64::from(e[0].position.distance(e[1].position))).fold(1.0, f64::min);

@@ -8,7 +8,8 @@ use crate::geometry::{Hit, ShapeId, SurfacePoint};
 use crate::light::LightPoint;
 use crate::material::{Bsdf, Dielectric, Ggx, Material};
 use crate::math::{Frame, Vec2, Vec3};
-use crate::path::connect;
+use crate::medium::MediumId;
+use crate::path::{Landing, connect};
 use crate::sampling::warp::uniform_sphere;
 use crate::shift::{half_vector, reconnect};
 use crate::spectrum::Spectrum;
@@ -121,13 +122,14 @@ impl Chance {
             shape: ShapeId(shape),
             hit: Hit::default(),
         };
-        Vertex::new(scene, &surface, self.direction(), 0.001)
+        let landing = Landing { surface, media: [MediumId::VACUUM; 2], opacity: 1.0 };
+        Vertex::on_surface(scene, &landing, self.direction(), 0.001)
     }
 }
 
 fn step(vertex: &Vertex, wi: Vec3, delta: bool) -> Step {
     let transmits = vertex.wo.z * vertex.frame.normal.dot(wi) < 0.0;
-    Step { wi, evaluation: crate::material::Evaluation::NONE, survival: 1.0, delta, transmits }
+    Step { wi, evaluation: crate::material::Evaluation::NONE, survival: 1.0, delta, transmits, leg: Leg::CLEAR }
 }
 
 /// Half-vector copies between two shapes: as many as wanted, each compared.
@@ -158,7 +160,7 @@ fn compare_half_vectors(base_shape: u32, offset_shape: u32, transmits: bool) {
 /// Whether a microfacet can send light this way: for a refraction, whether both directions lie on different sides of it.
 fn refracts(scene: &Scene, vertex: &Vertex, wi: Vec3) -> bool {
     let wi = vertex.frame.to_local(wi);
-    let h = vertex.wo + wi * vertex.material(scene).relative_ior(&vertex.at, vertex.wo);
+    let h = vertex.wo + wi * vertex.relative_ior(scene);
     vertex.wo.z * wi.z > 0.0 || vertex.wo.dot(h) * wi.dot(h) < 0.0
 }
 
@@ -196,7 +198,7 @@ fn delta_lobes_copy_the_mirror_direction_without_a_jacobian() {
         // The offset path may be drawn too: its direction is one that the delta lobe would choose.
         let own = offset.frame.to_local(turned);
         let tangential = Vec2::new(own.x, own.y);
-        let bent = if taken.transmits { offset.material(&scene).relative_ior(&offset.at, offset.wo) } else { 1.0 };
+        let bent = if taken.transmits { offset.relative_ior(&scene) } else { 1.0 };
         assert!((tangential * bent + Vec2::new(offset.wo.x, offset.wo.y)).length() < 1e-5, "{shape}, number {index}");
     }
 }
@@ -219,7 +221,7 @@ fn reconnections_have_their_determinant() {
             let from = base.position.as_dvec3();
             from + w * ((target.position.as_dvec3() - from).dot(normal) / w.dot(normal))
         };
-        let (_, jacobian) = reconnect(&scene, &base, &offset, &target).unwrap();
+        let (_, jacobian, _) = reconnect(&scene, &base, &offset, &target).unwrap();
         let numeric = determinant(wi, |w| {
             let mut target = target;
             target.position = met(w).as_vec3();
