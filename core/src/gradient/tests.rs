@@ -2,9 +2,11 @@
 
 use crate::film::{Film, FrameFold, PlaneKind, TileFold};
 use crate::math::Vec3;
+use crate::medium::MediumId;
 use crate::plan::{Plan, Technique, WorkUnit};
 use crate::render::render_unit;
 use crate::scene::Scene;
+use crate::spectrum::Spectrum;
 use crate::testing::{Stage, diffuse, plan, scenes};
 use rayon::prelude::*;
 
@@ -141,6 +143,55 @@ fn open_furnace_has_its_closed_form() {
     let g = all.gradients.unwrap();
     for (v, s) in g.dx.plane(0).iter().zip(g.dx_variance.plane(0)) {
         assert!(f64::from(*v).abs() < 5.0 * f64::from(*s).sqrt() + 1e-6);
+    }
+}
+
+#[test]
+fn a_medium_that_absorbs_nothing_is_invisible_in_a_constant_sky() {
+    let white = |scene: Stage| scene.environment(1.5).seen(0.25, 0.0);
+    let cloud = |g: f32| Stage::default().medium(Spectrum::rgb(1.3, 1.0, 0.8), 1.0, g).bounded(0.0, Some([MediumId::VACUUM, MediumId(0)]));
+    for g in [0.0, 0.8] {
+        let scene = white(cloud(g).sphere(Vec3::new(0.0, 0.0, 4.0), 1.2, diffuse(0.0, 0.0, 0.0), 0.0));
+        let mut plan = plan(Technique::Gpt, 4, 2048, 400, 1);
+        plan.roulette_depth = 400;
+        let all = render(&scene, &plan).combined();
+        // What is seen directly is exact; what is scattered has its noise.
+        for (k, (v, s)) in all.primal.data().iter().zip(all.primal_variance.data()).enumerate() {
+            let (sum, sigma) = (f64::from(*v + all.direct.data()[k]), f64::from(*s).sqrt().max(1e-6));
+            assert!(((sum - 1.5) / sigma).abs() < 5.0, "g {g}, value {k}: {sum} ± {sigma}");
+        }
+    }
+}
+
+#[test]
+fn a_medium_that_scatters_nothing_dims_by_beer_and_lamberts_law() {
+    // A lamp seen through a metre of it on each side, both its own boundaries included.
+    let sigma = [0.3f32, 0.7, 1.9];
+    let scene = Stage::default()
+        .medium(Spectrum::rgb(sigma[0], sigma[1], sigma[2]), 0.0, 0.0)
+        .around()
+        .quad(Vec3::new(-1.0, -1.0, 2.0), Vec3::Y * 2.0, Vec3::X * 2.0, diffuse(0.0, 0.0, 0.0), 5.0)
+        .seen(0.01, 0.0);
+    let direct = render(&scene, &plan(Technique::Pt, 2, 16, 4, 1)).combined().direct;
+    for (c, sigma) in sigma.iter().enumerate() {
+        let expected = 5.0 * (-f64::from(*sigma) * 2.0).exp();
+        for v in direct.plane(c) {
+            assert!((f64::from(*v) / expected - 1.0).abs() < 1e-3, "channel {c}: {v}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_sheet_with_holes_shows_its_share_of_what_lies_behind() {
+    // Black, opacity 0.4, before a sky of radiance 2.
+    let scene = Stage::default()
+        .bounded(0.4, None)
+        .quad(Vec3::new(-5.0, -5.0, 2.0), Vec3::Y * 10.0, Vec3::X * 10.0, diffuse(0.0, 0.0, 0.0), 0.0)
+        .environment(2.0)
+        .seen(0.3, 0.0);
+    let all = render(&scene, &plan(Technique::Gpt, 3, 64, 6, 1)).combined();
+    for (primal, direct) in all.primal.data().iter().zip(all.direct.data()) {
+        assert!((primal + direct - 1.2).abs() < 1e-5, "{primal} + {direct}");
     }
 }
 

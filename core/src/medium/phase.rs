@@ -72,7 +72,8 @@ mod tests {
             let samples = f64::from(n * n);
             assert!((cosine / samples - f64::from(g)).abs() < 2e-3, "g {g}: mean cosine {}", cosine / samples);
             let half = 2.0 * std::f64::consts::PI;
-            assert!((area / samples / half - 1.0).abs() < 0.01, "g {g}: half a sphere is {}", area / samples);
+            // A sharp phase function leaves the backward half to few of the numbers.
+            assert!((area / samples / half - 1.0).abs() < 0.02, "g {g}: half a sphere is {}", area / samples);
         }
     }
 }

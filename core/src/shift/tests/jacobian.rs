@@ -9,12 +9,12 @@ use crate::light::LightPoint;
 use crate::material::{Bsdf, Dielectric, Ggx, Material};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::medium::MediumId;
-use crate::path::{Landing, connect};
+use crate::path::{Landing, Matter, connect, turn};
 use crate::sampling::warp::uniform_sphere;
 use crate::shift::{half_vector, reconnect};
 use crate::spectrum::Spectrum;
 use crate::testing::{Stage, diffuse, glass, metal};
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// A sphere of directions around `centre`, one unit of solid angle per unit of area at its origin.
 pub(super) struct Chart {
@@ -201,6 +201,41 @@ fn delta_lobes_copy_the_mirror_direction_without_a_jacobian() {
         let bent = if taken.transmits { offset.relative_ior(&scene) } else { 1.0 };
         assert!((tangential * bent + Vec2::new(offset.wo.x, offset.wo.y)).length() < 1e-5, "{shape}, number {index}");
     }
+}
+
+#[test]
+fn reconnections_inside_a_medium_have_their_determinant() {
+    let scene = samples_of_matter();
+    let mut compared = 0;
+    for index in 0..1000 {
+        let mut chance = Chance { index, place: 1 << 22 };
+        let [base, offset, mut target] = [(); 3].map(|()| chance.vertex(&scene, DIFFUSE));
+        (target.normal, target.matter) = (Vec3::ZERO, Matter::Medium(MediumId(0)));
+        let (from, to) = (base.position.as_dvec3(), offset.position.as_dvec3());
+        let edge = target.position.as_dvec3() - from;
+        if edge.length() < 0.2 || (target.position - offset.position).length() < 0.2 {
+            continue;
+        }
+        let Some((_, jacobian)) = turn(base.position, offset.position, target.position, target.normal) else { continue };
+        // Directions and distances of the base leg are free; the offset leg ends in the same point. Its own three coordinates are
+        // direction and distance too: |∂(ω′, t′)/∂(ω, t)|.
+        let coordinates = |point: DVec3, from: DVec3, chart: &Chart| {
+            let edge = point - from;
+            chart.coordinates(edge.normalize()).extend(edge.length())
+        };
+        let point = edge + from;
+        let (here, there) = (Chart::new(edge.normalize().as_vec3()), Chart::new((point - to).normalize().as_vec3()));
+        let map = |c: DVec3| {
+            let moved = from + here.direction(c.truncate()) * (edge.length() + c.z);
+            coordinates(moved, to, &there)
+        };
+        let h = 1e-4;
+        let column = |axis: DVec3| (map(axis * h) - map(axis * -h)) / (2.0 * h);
+        let determinant = DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z)).determinant().abs();
+        assert!((jacobian / determinant - 1.0).abs() < 1e-3, "number {index}: {jacobian} is not {determinant}");
+        compared += 1;
+    }
+    assert!(compared > 500);
 }
 
 #[test]
