@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::assets::check_name;
-use super::description::{Camera, Colour, Cylinder, Filter, Geometry, MeshInline, SceneDescription, Shape, Transform, VERSION};
+use super::description::{Camera, Colour, Cylinder, Filter, Geometry, Material, MeshInline, SceneDescription, Shape, Transform, VERSION};
 use super::error::{Error, ErrorKind};
 use super::limits;
 
@@ -191,6 +191,11 @@ impl Check<'_> {
             if is_instance || in_group {
                 let expected = "emission on shapes outside groups only";
                 return Err(self.fault(ErrorKind::Unsupported, &format!("{path}.emission"), "emission", expected));
+            }
+            let material = shape.material.as_ref().and_then(|name| scene.materials.get(name));
+            if let Some(material @ (Material::Mask(_) | Material::Null)) = material {
+                let found = format!("emission from a surface with holes (material {})", material.kind());
+                return Err(self.fault(ErrorKind::Unsupported, &format!("{path}.emission"), found, "a material without holes"));
             }
             self.input(&format!("{path}.emission.radiance"), &emission.radiance, f64::INFINITY, scene)?;
         }
