@@ -16,7 +16,9 @@ const TRIANGLES: [usize; 3] = [10_000, 100_000, 1_000_000];
 /// Rays of a run, squared.
 const EDGE: u32 = 256;
 
-/// How many rays meet something.
+/// Traces all rays and counts those that meet something.
+type Run = fn(&World, &[Ray]) -> usize;
+
 fn closest(world: &World, rays: &[Ray]) -> usize {
     rays.iter().filter(|ray| world.closest(black_box(ray)).is_some()).count()
 }
@@ -34,7 +36,7 @@ fn traverse(criterion: &mut Criterion) {
         let world = room::world(room::room(triangles));
         let primary = room::primary(EDGE);
         let (bounces, shadows) = room::secondary(&world, &primary);
-        let kinds: [(&str, &[Ray], fn(&World, &[Ray]) -> usize); 3] =
+        let kinds: [(&str, &[Ray], Run); 3] =
             [("primary", &primary, closest), ("bounce", &bounces, closest), ("occlusion", &shadows, occluded)];
         for (name, rays, run) in kinds {
             group.bench_function(BenchmarkId::new(format!("{name}/one core"), triangles), |b| b.iter(|| run(&world, rays)));

@@ -87,7 +87,7 @@ fn slat(mesh: &mut Mesh, from: Vec3, to: Vec3, thickness: f32) {
 }
 
 /// About `triangles` triangles: half of them walls, the rest balls, slats and debris.
-pub fn room(triangles: usize) -> Mesh {
+pub(crate) fn room(triangles: usize) -> Mesh {
     let edge = (triangles as f32 * 0.5 / 12.0).sqrt() as u32;
     let mut mesh = walls(edge);
     let rings = ((triangles as f32 * 0.3 / 12.0 / 4.0).sqrt() as u32).max(3);
@@ -114,12 +114,12 @@ pub fn room(triangles: usize) -> Mesh {
 }
 
 /// The room with its trees.
-pub fn world(mesh: Mesh) -> World {
+pub(crate) fn world(mesh: Mesh) -> World {
     WorldBuilder { meshes: vec![(mesh, ShapeId(0))], ..WorldBuilder::default() }.build()
 }
 
 /// `edge`² camera rays, in tiles of 8 × 8 pixels.
-pub fn primary(edge: u32) -> Vec<Ray> {
+pub(crate) fn primary(edge: u32) -> Vec<Ray> {
     let origin = Vec3::new(-2.9, -3.1, 0.3);
     let frame = Frame::from_normal(Vec3::new(0.9, 1.0, -0.1).normalize());
     let tiles = edge / 8;
@@ -136,7 +136,7 @@ pub fn primary(edge: u32) -> Vec<Ray> {
 }
 
 /// Where those rays end: one diffuse bounce, and a segment to a light under the ceiling, for each.
-pub fn secondary(world: &World, rays: &[Ray]) -> (Vec<Ray>, Vec<Ray>) {
+pub(crate) fn secondary(world: &World, rays: &[Ray]) -> (Vec<Ray>, Vec<Ray>) {
     let mut bounces = Vec::with_capacity(rays.len());
     let mut shadows = Vec::with_capacity(rays.len());
     for (k, ray) in rays.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What rays meet: triangles, spheres and instances of groups of them, found through four-wide bounding volume hierarchies.
+//! What rays meet: triangles, spheres and instances of groups of them, found through eight-wide bounding volume hierarchies.
 
 mod bvh;
 mod mesh;

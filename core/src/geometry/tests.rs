@@ -37,7 +37,7 @@ fn closed_meshes_do_not_leak() {
         let mesh = ball(centre, radius, 24);
         let vertices = mesh.positions.clone();
         let world = WorldBuilder { meshes: vec![(mesh, ShapeId(0))], ..WorldBuilder::default() }.build();
-        for k in 0..40_000u32 {
+        for k in 0..65_536u32 {
             let s = stream(k);
             let origin = centre + warp::uniform_sphere(s.pair(Dimension::LENS)) * (0.5 * radius * s.number(Dimension::lobe(0)));
             // A third of the rays aim at vertices, a third at the middle of edges.

@@ -43,6 +43,11 @@ pub struct Group {
 /// Triangles in a leaf: one packet.
 const LEAF: usize = 4;
 
+/// Names a leaf of one item by that item.
+fn only(items: &[u32]) -> usize {
+    items[0] as usize
+}
+
 impl Group {
     /// Builds the trees. Degenerate triangles may be among them: no ray meets one.
     pub fn build(meshes: Vec<(Mesh, ShapeId)>, spheres: Vec<(Sphere, ShapeId)>) -> Self {
@@ -52,32 +57,17 @@ impl Group {
         }
         let corners = |&(m, t): &(u32, u32)| meshes[m as usize].0.corners(t as usize);
         let boxes: Vec<Bounds> = triangles.par_iter().map(|t| Bounds::around(corners(t))).collect();
-        let mut triangle_tree = Tree::build(&boxes, LEAF);
         let mut packets = Vec::new();
-        for node in &mut triangle_tree.nodes {
-            for k in 0..4 {
-                if node.count[k] > 0 {
-                    let entries = &triangle_tree.order[node.first[k] as usize..][..node.count[k] as usize];
-                    let lanes: Vec<_> = entries.iter().map(|id| (corners(&triangles[*id as usize]), *id)).collect();
-                    // The leaf now names its packet.
-                    node.first[k] = packets.len() as u32;
-                    node.count[k] = 1;
-                    packets.push(Packet::new(&lanes));
-                }
-            }
-        }
+        let triangle_tree = Tree::build(&boxes, LEAF, |items| {
+            let lanes: Vec<_> = items.iter().map(|id| (corners(&triangles[*id as usize]), *id)).collect();
+            packets.push(Packet::new(&lanes));
+            packets.len() - 1
+        });
         let balls: Vec<Bounds> = spheres
             .iter()
             .map(|(s, _)| Bounds { lower: s.centre - Vec3::splat(s.radius), upper: s.centre + Vec3::splat(s.radius) })
             .collect();
-        let mut sphere_tree = Tree::build(&balls, 1);
-        for node in &mut sphere_tree.nodes {
-            for k in 0..4 {
-                if node.count[k] > 0 {
-                    node.first[k] = sphere_tree.order[node.first[k] as usize];
-                }
-            }
-        }
+        let sphere_tree = Tree::build(&balls, 1, only);
         Self { meshes, triangles, triangle_tree, packets, spheres, sphere_tree }
     }
 
@@ -98,7 +88,7 @@ impl Group {
         };
         if !self.packets.is_empty() {
             let sheared = Sheared::new(ray);
-            closest(&self.triangle_tree, &probe, reach, |leaf, limit| match sheared.closest(&self.packets[leaf.first as usize], limit) {
+            closest(&self.triangle_tree, &probe, reach, |leaf, limit| match sheared.closest(&self.packets[leaf as usize], limit) {
                 Some(hit) => {
                     offer(hit.t, hit.id, hit.barycentric);
                     reach = reach.min(hit.t);
@@ -110,9 +100,9 @@ impl Group {
         if !self.spheres.is_empty() {
             let start = reach;
             closest(&self.sphere_tree, &probe, start, |leaf, limit| {
-                match self.spheres[leaf.first as usize].0.intersect(&Ray { reach: limit, ..*ray }) {
+                match self.spheres[leaf as usize].0.intersect(&Ray { reach: limit, ..*ray }) {
                     Some(t) => {
-                        offer(t, leaf.first | SPHERE, [0.0; 2]);
+                        offer(t, leaf | SPHERE, [0.0; 2]);
                         reach = reach.min(t);
                         t
                     }
@@ -128,12 +118,11 @@ impl Group {
         let probe = Probe::new(ray);
         if !self.packets.is_empty() {
             let sheared = Sheared::new(ray);
-            if any(&self.triangle_tree, &probe, ray.reach, |leaf| sheared.any(&self.packets[leaf.first as usize], ray.reach)) {
+            if any(&self.triangle_tree, &probe, ray.reach, |leaf| sheared.any(&self.packets[leaf as usize], ray.reach)) {
                 return true;
             }
         }
-        !self.spheres.is_empty()
-            && any(&self.sphere_tree, &probe, ray.reach, |leaf| self.spheres[leaf.first as usize].0.intersect(ray).is_some())
+        !self.spheres.is_empty() && any(&self.sphere_tree, &probe, ray.reach, |leaf| self.spheres[leaf as usize].0.intersect(ray).is_some())
     }
 
     /// The surface point in the group's own frame; `error` is filled in, `t` and the position along an instance's transform are not.
@@ -227,14 +216,7 @@ impl WorldBuilder {
                 Bounds { lower: b.lower - margin, upper: b.upper + margin }
             })
             .collect();
-        let mut instance_tree = Tree::build(&boxes, 1);
-        for node in &mut instance_tree.nodes {
-            for k in 0..4 {
-                if node.count[k] > 0 {
-                    node.first[k] = instance_tree.order[node.first[k] as usize];
-                }
-            }
-        }
+        let instance_tree = Tree::build(&boxes, 1, only);
         World { own: Group::build(self.meshes, self.spheres), groups: self.groups, instances: self.instances, instance_tree }
     }
 }
@@ -258,9 +240,9 @@ impl World {
 
     fn closest_instance(&self, ray: &Ray, best: &mut Option<Hit>) {
         closest(&self.instance_tree, &Probe::new(ray), ray.reach, |leaf, limit| {
-            let instance = &self.instances[leaf.first as usize];
+            let instance = &self.instances[leaf as usize];
             let local = into_instance(&Ray { reach: limit, ..*ray }, instance);
-            self.groups[instance.group as usize].closest(&local, leaf.first, best)
+            self.groups[instance.group as usize].closest(&local, leaf, best)
         });
     }
 
@@ -270,7 +252,7 @@ impl World {
         self.own.any(ray)
             || (!self.instances.is_empty()
                 && any(&self.instance_tree, &Probe::new(ray), ray.reach, |leaf| {
-                    let instance = &self.instances[leaf.first as usize];
+                    let instance = &self.instances[leaf as usize];
                     self.groups[instance.group as usize].any(&into_instance(ray, instance))
                 }))
     }

@@ -1,7 +1,8 @@
 //! Walks a tree: nearest child first for the closest hit, any order for occlusion. Box tests are conservative: rounding can
 //! only make a box larger (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013), so no ray slips between boxes.
 
-use super::collapse::{Leaf, Node, Tree};
+use super::Tree;
+use super::node::{Child, Node, VECTORS, WIDTH};
 use crate::math::{Ray, Vec4};
 use arrayvec::ArrayVec;
 
@@ -10,6 +11,8 @@ use arrayvec::ArrayVec;
 pub(crate) struct Probe {
     origin: [Vec4; 3],
     inverse: [Vec4; 3],
+    /// By axis: which plane the ray meets first, 0 for the lower one.
+    first: [usize; 3],
 }
 
 impl Probe {
@@ -21,107 +24,127 @@ impl Probe {
         Self {
             origin: [Vec4::splat(o.x), Vec4::splat(o.y), Vec4::splat(o.z)],
             inverse: [Vec4::splat(inverse(d.x)), Vec4::splat(inverse(d.y)), Vec4::splat(inverse(d.z))],
+            first: [d.x, d.y, d.z].map(|d| usize::from(d.is_sign_negative())),
         }
     }
 
-    /// Which of the four boxes the ray enters before `reach`, and where.
-    #[inline]
-    fn test(&self, node: &Node, reach: f32) -> (u32, Vec4) {
-        let mut near = Vec4::ZERO;
-        let mut far = Vec4::splat(reach);
-        for axis in 0..3 {
-            let a = (node.lower[axis] - self.origin[axis]) * self.inverse[axis];
-            let b = (node.upper[axis] - self.origin[axis]) * self.inverse[axis];
-            near = near.max(a.min(b));
-            far = far.min(a.max(b) * WIDEN);
+    /// Which of the boxes the ray enters before `limit`, and where. Differences have exact signs, so what lies behind stays behind.
+    #[inline(always)]
+    fn test(&self, node: &Node, limit: f32) -> (u32, [f32; WIDTH]) {
+        let [x, y, z] = self.first;
+        let mut mask = 0;
+        let mut entries = [0.0; WIDTH];
+        for v in 0..VECTORS {
+            let meet = |axis: usize, side: usize| (node.planes[axis][side & 1][v] - self.origin[axis]) * self.inverse[axis];
+            let near = meet(0, x).max(meet(1, y)).max(meet(2, z)).max(Vec4::ZERO);
+            let far = meet(0, x ^ 1).min(meet(1, y ^ 1)).min(meet(2, z ^ 1)) * WIDEN;
+            mask |= near.cmple(far.min(Vec4::splat(limit))).bitmask() << (4 * v);
+            entries[4 * v..4 * v + 4].copy_from_slice(&near.to_array());
         }
-        (near.cmple(far).bitmask() & u32::from(node.present), near)
+        (mask, entries)
     }
 }
 
 /// 1 + 2γ₃: covers the rounding of the three operations of a slab test.
 const WIDEN: f32 = 1.0 + 8.0 * f32::EPSILON;
 /// Entries that a walk can defer before it recurses: enough for any tree that is not degenerate, and cheap to set aside.
-const STACK: usize = 48;
-
-/// A deferred child: first entry or node, number of entries (0 for a node), distance of its box.
-type Deferred = (u32, u8, f32);
+const STACK: usize = 64;
+/// Most entries that one node adds.
+const ADDED: usize = WIDTH - 1;
 
 /// Visits leaves that the ray may meet within its shrinking reach. `leaf` returns the new reach.
 #[inline]
-pub(crate) fn closest(tree: &Tree, probe: &Probe, reach: f32, mut leaf: impl FnMut(Leaf, f32) -> f32) {
+pub(crate) fn closest(tree: &Tree, probe: &Probe, reach: f32, mut leaf: impl FnMut(u32, f32) -> f32) {
     if !tree.nodes.is_empty() {
         closest_below(tree, probe, 0, reach, &mut leaf);
     }
 }
 
-fn closest_below<F: FnMut(Leaf, f32) -> f32>(tree: &Tree, probe: &Probe, start: u32, mut reach: f32, leaf: &mut F) -> f32 {
-    let mut stack = ArrayVec::<Deferred, STACK>::new();
-    let mut node = &tree.nodes[start as usize];
+fn closest_below<F: FnMut(u32, f32) -> f32>(tree: &Tree, probe: &Probe, start: usize, mut reach: f32, leaf: &mut F) -> f32 {
+    let mut stack = ArrayVec::<(Child, f32), STACK>::new();
+    let mut current = Child::node(start);
     loop {
-        let (mut mask, near) = probe.test(node, reach);
-        let base = stack.len();
-        while mask != 0 {
-            let k = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            let child = (node.first[k], node.count[k], near[k]);
-            if stack.is_full() {
-                reach = if child.1 > 0 {
-                    leaf(Leaf { first: child.0, count: u32::from(child.1) }, reach)
-                } else {
-                    closest_below(tree, probe, child.0, reach, leaf)
-                };
+        if let Some(index) = current.as_leaf() {
+            reach = leaf(index, reach);
+        } else if stack.remaining_capacity() < ADDED {
+            reach = closest_below(tree, probe, current.index(), reach, leaf);
+        } else {
+            let node = &tree.nodes[current.index()];
+            let (mut mask, near) = probe.test(node, reach * WIDEN);
+            if mask != 0 {
+                let base = stack.len();
+                let mut next = take(&mut mask, node, &near);
+                // Equal distances keep the order of the node, so the walk is deterministic.
+                while mask != 0 {
+                    let mut other = take(&mut mask, node, &near);
+                    if other.1 < next.1 {
+                        std::mem::swap(&mut other, &mut next);
+                    }
+                    let mut slot = stack.len();
+                    stack.push(other);
+                    while slot > base && stack[slot - 1].1 < other.1 {
+                        stack.swap(slot, slot - 1);
+                        slot -= 1;
+                    }
+                }
+                current = next.0;
                 continue;
             }
-            // Insertion keeps the nearest child on top; equal distances keep their order, so the walk is deterministic.
-            stack.push(child);
-            let mut slot = stack.len() - 1;
-            while slot > base && stack[slot - 1].2 < child.2 {
-                stack.swap(slot, slot - 1);
-                slot -= 1;
-            }
         }
-        loop {
-            let Some((first, count, entry)) = stack.pop() else { return reach };
-            if entry > reach {
-                continue;
+        // A distance that rounding moved must not hide an equal hit.
+        let limit = reach * WIDEN;
+        current = loop {
+            match stack.pop() {
+                None => return reach,
+                Some((child, near)) if near <= limit => break child,
+                Some(_) => {}
             }
-            if count == 0 {
-                node = &tree.nodes[first as usize];
-                break;
-            }
-            reach = leaf(Leaf { first, count: u32::from(count) }, reach);
-        }
+        };
     }
+}
+
+/// The lowest child of a mask, with the distance of its box.
+#[inline(always)]
+fn take(mask: &mut u32, node: &Node, near: &[f32; WIDTH]) -> (Child, f32) {
+    let k = mask.trailing_zeros() as usize % WIDTH;
+    *mask &= *mask - 1;
+    (node.children[k], near[k])
 }
 
 /// Whether `leaf` is true of any leaf that the ray may meet within `reach`.
 #[inline]
-pub(crate) fn any(tree: &Tree, probe: &Probe, reach: f32, mut leaf: impl FnMut(Leaf) -> bool) -> bool {
+pub(crate) fn any(tree: &Tree, probe: &Probe, reach: f32, mut leaf: impl FnMut(u32) -> bool) -> bool {
     !tree.nodes.is_empty() && any_below(tree, probe, 0, reach, &mut leaf)
 }
 
-fn any_below<F: FnMut(Leaf) -> bool>(tree: &Tree, probe: &Probe, start: u32, reach: f32, leaf: &mut F) -> bool {
-    let mut stack = ArrayVec::<u32, STACK>::new();
-    stack.push(start);
-    while let Some(index) = stack.pop() {
-        let node = &tree.nodes[index as usize];
-        let (mut mask, _) = probe.test(node, reach);
-        while mask != 0 {
-            let k = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            let found = if node.count[k] > 0 {
-                leaf(Leaf { first: node.first[k], count: u32::from(node.count[k]) })
-            } else if stack.is_full() {
-                any_below(tree, probe, node.first[k], reach, leaf)
-            } else {
-                stack.push(node.first[k]);
-                false
-            };
-            if found {
+fn any_below<F: FnMut(u32) -> bool>(tree: &Tree, probe: &Probe, start: usize, reach: f32, leaf: &mut F) -> bool {
+    let mut stack = ArrayVec::<Child, STACK>::new();
+    let mut current = Child::node(start);
+    let limit = reach * WIDEN;
+    loop {
+        if stack.remaining_capacity() < ADDED {
+            if any_below(tree, probe, current.index(), reach, leaf) {
                 return true;
             }
+        } else {
+            let node = &tree.nodes[current.index()];
+            let (mut mask, _) = probe.test(node, limit);
+            while mask != 0 {
+                let child = node.children[mask.trailing_zeros() as usize % WIDTH];
+                mask &= mask - 1;
+                match child.as_leaf() {
+                    Some(index) => {
+                        if leaf(index) {
+                            return true;
+                        }
+                    }
+                    None => stack.push(child),
+                }
+            }
+        }
+        match stack.pop() {
+            Some(child) => current = child,
+            None => return false,
         }
     }
-    false
 }
