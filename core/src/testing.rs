@@ -3,7 +3,7 @@
 use crate::geometry::{Mesh, ShapeId, Sphere, WorldBuilder};
 use crate::lattice::Extent;
 use crate::light::{AreaLight, Emitter, Environment, Light, Lights};
-use crate::material::{Bsdf, Conductor, Dielectric, Diffuse, Ggx, Material};
+use crate::material::{Bsdf, Conductor, Dielectric, Diffuse, Material, Microfacets};
 use crate::math::{Transform, Vec3};
 use crate::medium::{Homogeneous, Medium, MediumId, Phase};
 use crate::plan::{Plan, ReconstructionKind, Technique};
@@ -105,11 +105,19 @@ pub(crate) fn diffuse(r: f32, g: f32, b: f32) -> Material {
 
 pub(crate) fn metal(alpha: f32) -> Material {
     let (eta, k) = (Spectrum::rgb(0.2, 0.9, 1.1), Spectrum::rgb(3.9, 2.4, 2.1));
-    Bsdf::Conductor(Conductor { eta, k, reflectance: Spectrum::WHITE, ggx: Ggx::new(alpha), two_sided: true }).into()
+    Bsdf::Conductor(Conductor { eta, k, reflectance: Spectrum::WHITE, facets: Microfacets::ggx(alpha), bounced: None, two_sided: true })
+        .into()
 }
 
 pub(crate) fn glass(alpha: f32) -> Material {
-    Bsdf::Dielectric(Dielectric { eta: 1.5, reflectance: Spectrum::WHITE, transmittance: Spectrum::WHITE, ggx: Ggx::new(alpha) }).into()
+    Bsdf::Dielectric(Dielectric {
+        eta: 1.5,
+        reflectance: Spectrum::WHITE,
+        transmittance: Spectrum::WHITE,
+        facets: Microfacets::ggx(alpha),
+        bounced: None,
+    })
+    .into()
 }
 
 /// A closed box of coloured walls from z = 1 to 5, a lamp under the ceiling, and room for objects.

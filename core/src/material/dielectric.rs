@@ -1,8 +1,10 @@
 //! Boundaries between transparent media, smooth and rough.
 
+use super::bounced_glass::BouncedGlass;
+use super::bsdf::{Evaluation, Scatter};
 use super::fresnel;
-use super::microfacet::Ggx;
-use super::{Evaluation, Scatter};
+use super::lobe::{diffuse, diffuse_density, scattered, split};
+use super::microfacet::Microfacets;
 use crate::math::Vec3;
 use crate::spectrum::Spectrum;
 
@@ -16,7 +18,9 @@ pub struct Dielectric {
     /// Factor on what is transmitted [1].
     pub transmittance: Spectrum,
     /// Roughness; `None` is smooth.
-    pub ggx: Option<Ggx>,
+    pub facets: Option<Microfacets>,
+    /// Light that bounces between facets; `None` leaves it out.
+    pub bounced: Option<BouncedGlass>,
 }
 
 impl Dielectric {
@@ -27,10 +31,23 @@ impl Dielectric {
 
     #[inline]
     pub(super) fn evaluate(&self, wo: Vec3, wi: Vec3) -> Evaluation {
-        let Some(ggx) = self.ggx else { return Evaluation::NONE };
+        let Some(facets) = self.facets else { return Evaluation::NONE };
         if wo.z == 0.0 || wi.z == 0.0 {
             return Evaluation::NONE;
         }
+        let once = self.once(facets, wo, wi);
+        let Some(bounced) = &self.bounced else { return once };
+        let transmits = wo.z * wi.z < 0.0;
+        let (lost, coupled) = bounced.coupling(wo, wi);
+        let share = if transmits { 1.0 - bounced.reflected(wo) } else { bounced.reflected(wo) };
+        let wide = diffuse_density(wi) * share;
+        let tint = if transmits { self.transmittance / self.relative_ior(wo).powi(2) } else { self.reflectance };
+        Evaluation { value: once.value + tint * (wide * coupled), density: once.density * (1.0 - lost) + wide * lost }
+    }
+
+    /// Light that meets one facet.
+    #[inline]
+    fn once(&self, facets: Microfacets, wo: Vec3, wi: Vec3) -> Evaluation {
         let eta = self.relative_ior(wo);
         let transmits = wo.z * wi.z < 0.0;
         // The half vector of refraction is wo + η wi (Walter et al. 2007, eq. 16); both point to the side of wo here.
@@ -49,9 +66,9 @@ impl Dielectric {
             return Evaluation::NONE;
         }
         let up = |w: Vec3| if wo.z < 0.0 { -w } else { w };
-        let (f, _) = fresnel::dielectric(cos_o, eta);
-        let normal_density = ggx.density(up(wo), up(h));
-        let shadow = ggx.visible(wi);
+        let (f, _) = fresnel::dielectric(cos_o.min(1.0), eta);
+        let normal_density = facets.density(up(wo), up(h));
+        let shadow = facets.visible(wi);
         if transmits {
             let denominator = cos_o + eta * cos_i;
             let jacobian = cos_i.abs() * eta * eta / (denominator * denominator);
@@ -68,11 +85,11 @@ impl Dielectric {
 
     #[inline]
     pub(super) fn evaluate_delta(&self, wo: Vec3, transmits: bool) -> Evaluation {
-        if self.ggx.is_some() {
+        if self.facets.is_some() {
             return Evaluation::NONE;
         }
         let eta = self.relative_ior(wo);
-        let (f, _) = fresnel::dielectric(wo.z.abs(), eta);
+        let (f, _) = fresnel::dielectric(wo.z.abs().min(1.0), eta);
         if transmits {
             Evaluation { value: self.transmittance * ((1.0 - f) / (eta * eta)), density: 1.0 - f }
         } else {
@@ -81,14 +98,30 @@ impl Dielectric {
     }
 
     #[inline]
+    pub(super) fn delta_probability(&self) -> f32 {
+        if self.facets.is_none() { 1.0 } else { 0.0 }
+    }
+
+    #[inline]
     pub(super) fn sample(&self, wo: Vec3, choice: f32, u: [f32; 2]) -> Option<Scatter> {
         if wo.z == 0.0 {
             return None;
         }
+        let mut choice = choice;
+        if let Some(bounced) = &self.bounced {
+            let (wide, rest) = split(choice, bounced.lost(wo));
+            if wide {
+                let (stays, _) = split(rest, bounced.reflected(wo));
+                let up = diffuse(u)?;
+                let wi = if (wo.z > 0.0) == stays { up } else { -up };
+                return scattered(wi, self.evaluate(wo, wi));
+            }
+            choice = rest;
+        }
         let eta = self.relative_ior(wo);
         let up = if wo.z < 0.0 { -wo } else { wo };
-        let h = self.ggx.map_or(Vec3::Z, |ggx| ggx.sample(up, u));
-        let cos_o = up.dot(h);
+        let h = self.facets.map_or(Vec3::Z, |facets| facets.sample(up, u));
+        let cos_o = up.dot(h).min(1.0);
         if cos_o <= 0.0 {
             return None;
         }
@@ -99,11 +132,12 @@ impl Dielectric {
             return None;
         }
         let wi = if wo.z < 0.0 { -wi } else { wi };
-        let evaluation = if self.ggx.is_none() { self.evaluate_delta(wo, transmits) } else { self.evaluate(wo, wi) };
-        (evaluation.density > 0.0).then_some(Scatter { wi, evaluation, delta: self.ggx.is_none() })
+        let delta = self.facets.is_none();
+        let evaluation = if delta { self.evaluate_delta(wo, transmits) } else { self.evaluate(wo, wi) };
+        (evaluation.density > 0.0).then_some(Scatter { wi, evaluation, delta })
     }
 
     pub(super) fn roughness(&self) -> f32 {
-        self.ggx.map_or(0.0, |g| g.alpha())
+        self.facets.map_or(0.0, |f| f.alpha())
     }
 }

@@ -43,6 +43,40 @@ fn conductor_lane(cos: f32, eta: f32, k: f32) -> f32 {
     0.5 * (perpendicular + parallel)
 }
 
+/// (1 − cos)⁵, the weight of Schlick's approximation (1994).
+#[inline]
+pub(super) fn schlick_weight(cos: f32) -> f32 {
+    let x = (1.0 - cos).clamp(0.0, 1.0);
+    let x2 = x * x;
+    x2 * x2 * x
+}
+
+/// Mean of the reflectance over a hemisphere of incident light, weighted by the cosine: 2 ∫ F(μ) μ dμ.
+fn mean(reflectance: impl Fn(f32) -> f32) -> f32 {
+    let n = 64;
+    (0..n)
+        .map(|i| {
+            // Steps grow away from the horizon, where the reflectance is steep.
+            let t = (i as f32 + 0.5) / n as f32;
+            reflectance(t * t) * 4.0 * t * t * t
+        })
+        .sum::<f32>()
+        / n as f32
+}
+
+/// Fraction of diffuse light that a dielectric boundary reflects, with `eta` behind it over in front.
+pub(super) fn diffuse_dielectric(eta: f32) -> f32 {
+    // From the denser side through the other: total reflection has a kink that a quadrature would miss.
+    if eta < 1.0 { 1.0 - (1.0 - diffuse_dielectric(1.0 / eta)) * eta * eta } else { mean(|cos| dielectric(cos, eta).0) }
+}
+
+/// Fraction of diffuse light that a conductor with index η + ik reflects [1].
+pub fn diffuse_conductor(eta: Spectrum, k: Spectrum) -> Spectrum {
+    let ([er, eg, eb], [kr, kg, kb]) = (eta.to_rgb(), k.to_rgb());
+    let lane = |e: f32, k: f32| mean(|cos| conductor_lane(cos, e, k));
+    Spectrum::rgb(lane(er, kr), lane(eg, kg), lane(eb, kb))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,5 +100,14 @@ mod tests {
             let c = conductor(cos, Spectrum::grey(1.5), Spectrum::BLACK).to_rgb()[0];
             assert!((c - dielectric(cos, 1.5).0).abs() < 1e-5);
         }
+    }
+
+    #[test]
+    fn diffuse_reflectance_matches_tables() {
+        // Duntley's closed form gives 0.0918 for 1.5 from outside and 0.5963 from inside; for water 0.0664 (Judd, 1942).
+        assert!((diffuse_dielectric(1.5) - 0.0918).abs() < 3e-4, "{}", diffuse_dielectric(1.5));
+        assert!((diffuse_dielectric(1.0 / 1.5) - 0.5963).abs() < 3e-4, "{}", diffuse_dielectric(1.0 / 1.5));
+        assert!((diffuse_dielectric(4.0 / 3.0) - 0.0664).abs() < 5e-4, "{}", diffuse_dielectric(4.0 / 3.0));
+        assert!(diffuse_dielectric(1.0).abs() < 1e-6);
     }
 }

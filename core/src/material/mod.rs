@@ -3,20 +3,37 @@
 //! Directions are unit vectors of the local shading frame (z the shading normal of the front side), both pointing away from
 //! the surface: `wo` to where the path came from (the camera's side), `wi` to where it goes on (the light's side).
 
+mod albedo;
+mod bounced_glass;
 mod bsdf;
 mod conductor;
 mod dielectric;
 mod diffuse;
 mod fresnel;
+mod lobe;
 mod microfacet;
+mod phong;
+mod plastic;
+mod principled;
+mod rough_diffuse;
 mod textured;
+mod thin_dielectric;
+mod ward;
 
+pub use bounced_glass::{BouncedGlass, BouncedGlassTable};
 pub use bsdf::{Bsdf, Evaluation, Scatter};
-pub use conductor::Conductor;
+pub use conductor::{Bounced, Conductor};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
-pub use microfacet::Ggx;
-pub use textured::Textured;
+pub use fresnel::diffuse_conductor;
+pub use microfacet::{Distribution, Microfacets};
+pub use phong::Phong;
+pub use plastic::{Coat, CoatTable, Plastic};
+pub use principled::{Principled, PrincipledParameters};
+pub use rough_diffuse::RoughDiffuse;
+pub use textured::{CoatInput, GlassBounces, PrincipledInputs, RoughInput, Textured};
+pub use thin_dielectric::ThinDielectric;
+pub use ward::Ward;
 
 use crate::math::Vec3;
 use crate::spectrum::Spectrum;
@@ -122,7 +139,10 @@ impl Material {
     /// Whether directions along the surface matter, so that the shading frame must follow the texture coordinates.
     #[inline]
     pub fn needs_tangents(&self) -> bool {
-        false
+        match self {
+            Material::Plain(bsdf) => bsdf.is_anisotropic(),
+            Material::Textured(textured) => textured.is_anisotropic(),
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 use super::*;
 use crate::geometry::{Hit, ShapeId, SurfacePoint};
 use crate::light::LightPoint;
-use crate::material::{Bsdf, Dielectric, Ggx, Material};
+use crate::material::{Bsdf, Dielectric, Material, Microfacets};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::medium::MediumId;
 use crate::path::{Landing, Matter, connect, turn};
@@ -74,7 +74,8 @@ fn samples_of_matter() -> Scene {
             eta,
             reflectance: Spectrum::WHITE,
             transmittance: Spectrum::WHITE,
-            ggx: Ggx::new(0.3),
+            facets: Microfacets::ggx(0.3),
+            bounced: None,
         }))
     };
     [metal(0.3), clear(1.5), clear(1.33), clear(1.9), diffuse(0.5, 0.5, 0.5), glass(0.0), metal(0.0)]
