@@ -2,6 +2,8 @@
 
 mod obj;
 mod ply;
+pub(super) mod ply_binary;
+pub(super) mod serialized;
 mod smooth;
 
 use super::assets::Assets;
