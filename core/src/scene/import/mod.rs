@@ -4,6 +4,7 @@ use super::assets::MadeAssets;
 use super::description::SceneDescription;
 
 pub(super) mod mitsuba;
+mod spectra;
 mod xml;
 
 /// What an importer makes of a scene.

@@ -1,6 +1,7 @@
 //! XML as a small tree that remembers where each element stands and whether anyone has read it.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -19,6 +20,8 @@ pub(super) struct Element {
     pub(super) attributes: Vec<(String, String)>,
     /// Elements inside it.
     pub(super) children: Vec<Element>,
+    /// Name of the file that it stands in, as errors carry it.
+    pub(super) file: Arc<str>,
     /// Line of its start, from 1.
     pub(super) line: usize,
     /// Column of its start, from 1.
@@ -46,8 +49,8 @@ impl Element {
     }
 
     /// A fault at this element.
-    pub(super) fn fault(&self, kind: ErrorKind, file: &str, found: impl Into<String>, expected: impl Into<String>) -> Error {
-        Error::new(kind, file, &self.shown(), found, expected).at(self.line, self.column)
+    pub(super) fn fault(&self, kind: ErrorKind, found: impl Into<String>, expected: impl Into<String>) -> Error {
+        Error::new(kind, &self.file, &self.shown(), found, expected).at(self.line, self.column)
     }
 }
 
@@ -57,6 +60,7 @@ impl Element {
 /// XML that is not well-formed, text where only elements may stand, nesting deeper than 64 elements, more or less than one root.
 pub(super) fn parse(text: &str, file: &str) -> Result<Element, Error> {
     let mut reader = Reader::from_str(text);
+    let name: Arc<str> = file.into();
     let mut places = Places { text, offset: 0, line: 1, line_start: 0 };
     let mut open: Vec<Element> = Vec::new();
     let mut root = None;
@@ -72,10 +76,10 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Element, Error> {
                 if open.len() >= DEPTH {
                     return Err(Error::new(ErrorKind::TooLarge, file, "", "elements nested too deep", format!("at most {DEPTH} levels")));
                 }
-                open.push(element(&start, line, column, file)?);
+                open.push(element(&start, line, column, &name)?);
                 None
             }
-            Event::Empty(start) => Some(element(&start, line, column, file)?),
+            Event::Empty(start) => Some(element(&start, line, column, &name)?),
             Event::End(_) => open.pop(),
             Event::Text(found) if !found.iter().all(u8::is_ascii_whitespace) => {
                 return Err(malformed(format!("the text {:?}", String::from_utf8_lossy(&found).trim())));
@@ -88,16 +92,16 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Element, Error> {
         match open.last_mut() {
             Some(parent) => parent.children.push(element),
             None if root.is_none() => root = Some(element),
-            None => return Err(element.fault(ErrorKind::Malformed, file, "a second root element", "one")),
+            None => return Err(element.fault(ErrorKind::Malformed, "a second root element", "one")),
         }
     }
     if let Some(unclosed) = open.last() {
-        return Err(unclosed.fault(ErrorKind::Malformed, file, "no end of it", format!("</{}>", unclosed.tag)));
+        return Err(unclosed.fault(ErrorKind::Malformed, "no end of it", format!("</{}>", unclosed.tag)));
     }
     root.ok_or_else(|| Error::new(ErrorKind::Malformed, file, "", "no element at all", "a scene"))
 }
 
-fn element(start: &BytesStart<'_>, line: usize, column: usize, file: &str) -> Result<Element, Error> {
+fn element(start: &BytesStart<'_>, line: usize, column: usize, file: &Arc<str>) -> Result<Element, Error> {
     let tag = String::from_utf8_lossy(start.name().as_ref()).into_owned();
     let malformed = |found: String| {
         Error::new(ErrorKind::Malformed, file, &format!("<{tag}>"), found, "attributes written name=\"value\"").at(line, column)
@@ -108,7 +112,7 @@ fn element(start: &BytesStart<'_>, line: usize, column: usize, file: &str) -> Re
         let value = attribute.normalized_value(quick_xml::XmlVersion::Explicit1_0).map_err(|fault| malformed(fault.to_string()))?;
         attributes.push((String::from_utf8_lossy(attribute.key.as_ref()).into_owned(), value.into_owned()));
     }
-    Ok(Element { tag: tag.clone(), attributes, children: Vec::new(), line, column, used: Cell::new(false) })
+    Ok(Element { tag: tag.clone(), attributes, children: Vec::new(), file: file.clone(), line, column, used: Cell::new(false) })
 }
 
 /// Turns byte offsets, which only grow, into lines and columns.

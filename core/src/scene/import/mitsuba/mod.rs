@@ -1,205 +1,152 @@
-//! Mitsuba 3 XML: perspective and thin-lens cameras, diffuse, conductor and dielectric surfaces, meshes, area and constant lights.
+//! Mitsuba's XML, of the generations 3 (and 2) and 0.4 to 0.6.
 //!
-//! Nothing is dropped in silence. What would change the picture and cannot be honoured is an error that names its line; what only says how
-//! Mitsuba was to work (samplers, file formats) goes into the report.
+//! Nothing is dropped in silence. What would change the picture and cannot be honoured is an error that names file, line and element; what is
+//! approximated, or only says how Mitsuba was to work (samplers, file formats), goes into the report. `docs/formats.md` has the whole table.
 
 mod bsdf;
 mod context;
+mod cube;
+mod emitter;
+mod film;
+mod integrator;
+mod medium;
+mod mirror;
+mod names;
+mod packed;
+mod prepare;
 mod sensor;
 mod shape;
+mod sun;
+mod texture;
 mod transform;
 mod values;
 
 use std::collections::BTreeMap;
 
 use self::context::Context;
+use self::prepare::Document;
 use super::Imported;
-use super::xml::{self, Element};
-use crate::scene::assets::{Assets, MadeAssets};
-use crate::scene::description::{Camera, Environment, Film, Integrator, Material, SceneDescription, Shape, VERSION};
+use super::xml::Element;
+use crate::scene::assets::Assets;
+use crate::scene::description::{Camera, Film, Integrator, SceneDescription, Shape, VERSION};
 use crate::scene::error::{Error, ErrorKind};
-use crate::scene::limits;
 
-/// Reads a Mitsuba 3 scene from its text; `file` is the name that errors carry. Returns the description and the report.
+/// Reads a Mitsuba scene from its text; `file` is the name that errors carry, and what it includes or unpacks comes from `assets`.
 ///
 /// # Errors
 /// Malformed XML, values outside their domain, and everything that changes the picture but has no counterpart here.
-pub(in crate::scene) fn import(text: &str, file: &str, _assets: &dyn Assets) -> Result<Imported, Error> {
-    let root = xml::parse(text, file)?;
-    if root.tag != "scene" {
-        return Err(root.fault(ErrorKind::Malformed, file, format!("the root <{}>", root.tag), "<scene version=\"3.0.0\">"));
-    }
-    let mut scene = Importer { context: Context::new(file), ..Importer::default() };
-    scene.context.check_version(&root)?;
-    for child in &root.children {
-        scene.child(child)?;
-    }
-    scene.finish(&root)
+pub(in crate::scene) fn import(text: &str, file: &str, assets: &dyn Assets) -> Result<Imported, Error> {
+    let document = prepare::prepare(text, file, assets)?;
+    let scene = Scene { context: Context::new(&document, file, assets)?, sensor: None, integrator: None, shapes: Vec::new() };
+    scene.read(&document)
 }
 
 /// What the scene's elements said so far.
-#[derive(Default)]
-struct Importer<'a> {
+struct Scene<'a> {
     context: Context<'a>,
-    camera: Option<Camera>,
-    film: Film,
+    sensor: Option<(Camera, Film)>,
     integrator: Option<Integrator>,
-    materials: BTreeMap<String, Material>,
     shapes: Vec<Shape>,
-    environment: Option<Environment>,
-    /// Where the parts of the description came from, so that faults found by its check can name a line.
-    lines: BTreeMap<String, (usize, usize)>,
 }
 
-impl<'a> Importer<'a> {
+impl<'a> Scene<'a> {
+    fn read(mut self, document: &'a Document) -> Result<Imported, Error> {
+        for element in &document.root.children {
+            self.child(element)?;
+        }
+        self.unused(&document.root);
+        self.finish(&document.root)
+    }
+
     fn child(&mut self, element: &'a Element) -> Result<(), Error> {
-        let place = (element.line, element.column);
         match element.tag.as_str() {
-            "default" => self.context.define(element)?,
+            "integrator" if self.integrator.is_some() => {
+                return Err(element.fault(ErrorKind::Unsupported, "a second one", "one"));
+            }
             "integrator" => {
-                self.once(self.integrator.is_some(), element)?;
-                self.integrator = Some(self.integrator(element)?);
-                self.lines.insert("integrator".to_string(), place);
+                self.integrator = Some(self.context.integrator(element)?);
+                self.context.origins.insert("integrator".to_string(), element);
             }
+            "sensor" if self.sensor.is_some() => self.context.note(element, "a second sensor: the first one is rendered"),
             "sensor" => {
-                self.once(self.camera.is_some(), element)?;
-                let (camera, film) = sensor::read(&mut self.context, element)?;
-                (self.camera, self.film) = (Some(camera), film);
-                self.lines.insert("camera".to_string(), place);
-                self.lines.insert("film".to_string(), place);
+                self.sensor = Some(self.context.sensor(element)?);
+                self.context.origins.insert("camera".to_string(), element);
+                self.context.origins.insert("film".to_string(), element);
             }
-            "bsdf" => {
-                self.material(element)?;
+            "shape" => {
+                if let Some(shape) = self.context.shape(element)? {
+                    self.context.origins.insert(format!("shapes[{}]", self.shapes.len()), element);
+                    self.shapes.push(shape);
+                }
             }
-            "shape" => self.shape(element)?,
-            "emitter" => self.emitter(element)?,
-            _ => return Err(self.context.unsupported(element, "default, integrator, sensor, bsdf, shape or emitter")),
+            // An area light out here is one that shapes refer to.
+            "emitter" if element.attribute("type") != Some("area") => self.context.emitter(element)?,
+            // Read when something refers to them.
+            "bsdf" | "texture" | "medium" | "emitter" | "phase" | "spectrum" | "volume" | "rfilter" | "film" => {}
+            "sampler" => self.context.note(element, "left aside: samples are chosen for each job"),
+            _ => {
+                return Err(self
+                    .context
+                    .unsupported(element, "default, include, integrator, sensor, bsdf, texture, medium, shape or emitter"));
+            }
         }
         Ok(())
     }
 
-    fn once(&self, seen: bool, element: &Element) -> Result<(), Error> {
-        if seen { Err(self.context.fault(element, ErrorKind::Unsupported, "a second one", "one")) } else { Ok(()) }
+    /// Reports what stands in the scene and nothing refers to.
+    fn unused(&mut self, root: &'a Element) {
+        let refers = |element: &Element| element.attribute("id").is_some_and(|id| self.context.is_made(&element.tag, id));
+        let idle: Vec<&Element> = root
+            .children
+            .iter()
+            .filter(|element| ["bsdf", "texture", "medium", "emitter"].contains(&element.tag.as_str()))
+            .filter(|element| element.tag != "emitter" || element.attribute("type") == Some("area"))
+            .filter(|element| !refers(element) && element.children.iter().all(|child| !child.used.get()))
+            .collect();
+        for element in idle {
+            self.context.note(element, "nothing refers to it: left aside");
+        }
     }
 
-    fn integrator(&mut self, element: &Element) -> Result<Integrator, Error> {
-        let context = &mut self.context;
-        match context.kind(element)?.as_str() {
-            "path" => {}
-            other @ ("volpath" | "volpathmis" | "bdpt" | "ptracer" | "prb") => {
-                context.note(element, format!("{other} is not here: `path` measures the same picture"));
-            }
-            _ => return Err(context.unsupported(element, "path")),
-        }
-        let max_depth = match context.integer(element, "max_depth")?.unwrap_or(-1) {
-            -1 => {
-                context.note(element, format!("paths of any length: cut at {} edges", limits::PATH_EDGES));
-                limits::PATH_EDGES
-            }
-            depth => u32::try_from(depth).unwrap_or(0),
-        };
-        let roulette_depth = match context.integer(element, "rr_depth")? {
-            Some(depth) => u32::try_from(depth).unwrap_or(0),
-            None => Integrator::default().roulette_depth,
-        };
-        if context.boolean(element, "hide_emitters")?.unwrap_or(false) {
-            return Err(context.fault(element, ErrorKind::Unsupported, "hide_emitters", "emitters that the camera sees"));
-        }
-        context.finish(element, "max_depth and rr_depth")?;
-        Ok(Integrator { max_depth, roulette_depth })
-    }
-
-    /// Reads a material and stores it under its id, or under a name of its own. Returns that name.
-    fn material(&mut self, element: &'a Element) -> Result<String, Error> {
-        let material = bsdf::read(&mut self.context, element)?;
-        let name = match self.context.id(element)? {
-            Some(id) => id,
-            // Such a name may stand in the file as well: the line makes it unlikely, the column more so, and the check below certain.
-            None => format!("{} of line {}:{}", self.context.kind(element)?, element.line, element.column),
-        };
-        if self.materials.insert(name.clone(), material).is_some() {
-            return Err(self.context.fault(element, ErrorKind::Invalid, format!("the id {name:?} twice"), "each id once"));
-        }
-        self.lines.insert(format!("materials.{name}"), (element.line, element.column));
-        Ok(name)
-    }
-
-    fn shape(&mut self, element: &'a Element) -> Result<(), Error> {
-        let mut material = None;
-        for child in element.children.iter().filter(|child| ["bsdf", "ref"].contains(&child.tag.as_str())) {
-            if material.is_some() {
-                return Err(self.context.fault(child, ErrorKind::Invalid, "a second material", "one for each shape"));
-            }
-            child.used.set(true);
-            material = Some(if child.tag == "bsdf" { self.material(child)? } else { self.reference(child)? });
-        }
-        let mut shape = shape::read(&mut self.context, element)?;
-        if material.is_none() {
-            let plain = "default".to_string();
-            self.materials.entry(plain.clone()).or_insert_with(bsdf::default_material);
-            material = Some(plain);
-        }
-        shape.material = material;
-        self.lines.insert(format!("shapes[{}]", self.shapes.len()), (element.line, element.column));
-        self.shapes.push(shape);
-        Ok(())
-    }
-
-    fn reference(&self, element: &Element) -> Result<String, Error> {
-        let id = self.context.required(element, "id")?;
-        if self.materials.contains_key(&id) {
-            return Ok(id);
-        }
-        let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
-        let expected = format!("the id of a bsdf above: {}", known.join(", "));
-        Err(self.context.fault(element, ErrorKind::UnknownName, format!("{id:?}"), expected))
-    }
-
-    fn emitter(&mut self, element: &Element) -> Result<(), Error> {
-        if self.context.kind(element)? != "constant" {
-            return Err(self.context.unsupported(element, "constant, or area inside a shape"));
-        }
-        self.once(self.environment.is_some(), element)?;
-        let radiance = self.context.colour(element, "radiance")?.unwrap_or(crate::scene::description::Colour::WHITE);
-        self.context.finish(element, "radiance")?;
-        self.environment = Some(Environment::constant(radiance));
-        self.lines.insert("environment".to_string(), (element.line, element.column));
-        Ok(())
-    }
-
-    fn finish(mut self, root: &Element) -> Result<Imported, Error> {
+    fn finish(mut self, root: &'a Element) -> Result<Imported, Error> {
         let file = self.context.file;
-        let camera = self.camera.ok_or_else(|| root.fault(ErrorKind::Malformed, file, "no <sensor>", "one"))?;
+        let (camera, film) = self.sensor.ok_or_else(|| root.fault(ErrorKind::Malformed, "no <sensor>", "one"))?;
         let integrator = self.integrator.unwrap_or_else(|| {
             self.context.note(root, format!("no integrator: path with at most {} edges", Integrator::default().max_depth));
             Integrator::default()
         });
+        let mut context = self.context;
+        context.prune(&self.shapes);
         let description = SceneDescription {
             version: VERSION,
             about: format!("Imported from the Mitsuba scene {}", file.rsplit(['/', '\\']).next().unwrap_or(file)),
             camera,
-            film: self.film,
+            film,
             integrator,
-            textures: BTreeMap::new(),
-            media: BTreeMap::new(),
-            materials: self.materials,
-            groups: BTreeMap::new(),
+            textures: context.textures,
+            media: context.media,
+            materials: context.materials,
+            groups: context.groups,
             shapes: self.shapes,
-            lights: Vec::new(),
-            environment: self.environment,
-            medium: None,
+            lights: context.lights,
+            environment: context.environment,
+            medium: context.around,
         };
-        description.validate(file).map_err(|fault| locate(fault, &self.lines))?;
-        Ok(Imported { description, made: MadeAssets::new(), report: self.context.report })
+        description.validate(file).map_err(|fault| locate(fault, &context.origins))?;
+        Ok(Imported { description, made: context.made, report: context.report })
     }
 }
 
 /// Adds the line of the element that a part of the description came from.
-fn locate(fault: Error, lines: &BTreeMap<String, (usize, usize)>) -> Error {
+fn locate(fault: Error, origins: &BTreeMap<String, &Element>) -> Error {
     let path = fault.place.path.clone();
-    let longest = lines.iter().filter(|(part, _)| path.starts_with(part.as_str())).max_by_key(|(part, _)| part.len());
+    let longest = origins.iter().filter(|(part, _)| path.starts_with(part.as_str())).max_by_key(|(part, _)| part.len());
     match longest {
-        Some((_, (line, column))) => fault.at(*line, *column),
+        Some((_, element)) => {
+            let mut fault = fault.at(element.line, element.column);
+            fault.place.file = element.file.to_string();
+            fault
+        }
         None => fault,
     }
 }

@@ -1,83 +1,119 @@
-//! Mitsuba's `perspective` and `thinlens` sensors and their film.
+//! Mitsuba's sensors: perspective, thin lens, orthographic.
+
+use glam::{DMat3, DMat4};
 
 use super::super::xml::Element;
 use super::context::Context;
-use super::transform;
-use crate::scene::description::{Camera, Film, FovAxis, Perspective};
+use crate::scene::description::{Camera, Film, FovAxis, Operation, Orthographic, Perspective, Transform};
 use crate::scene::error::{Error, ErrorKind};
 
-/// Reads a sensor. Mitsuba's camera frame is ours (+Z forwards, +X to the left), so transforms carry over.
-pub(super) fn read(context: &mut Context<'_>, element: &Element) -> Result<(Camera, Film), Error> {
-    let kind = context.kind(element)?;
-    let has_lens = match kind.as_str() {
-        "perspective" => false,
-        "thinlens" => true,
-        _ => return Err(context.unsupported(element, "perspective or thinlens")),
-    };
-    let fov = context.number(element, "fov")?.ok_or_else(|| {
-        context.fault(element, ErrorKind::Unsupported, "no fov", "<float name=\"fov\" value=\"…\"/> (a focal_length is not read)")
-    })?;
-    let fov_axis = match context.word(element, "fov_axis")?.as_deref() {
-        None | Some("x") => FovAxis::X,
-        Some("y") => FovAxis::Y,
-        Some("smaller") => FovAxis::Smaller,
-        Some("larger") => FovAxis::Larger,
-        Some(other) => {
-            return Err(context.fault(element, ErrorKind::Unsupported, format!("fov_axis {other:?}"), "x, y, smaller or larger"));
-        }
-    };
-    // A pinhole may carry a focus distance too; nothing is out of focus then.
-    let focus = context.number(element, "focus_distance")?;
-    let (mut lens_radius, mut focus_distance) = (0.0, 1.0);
-    if has_lens {
-        let missing = |what: &str| context.fault(element, ErrorKind::Malformed, format!("no {what}"), "aperture_radius and focus_distance");
-        lens_radius = context.number(element, "aperture_radius")?.ok_or_else(|| missing("aperture_radius"))?;
-        focus_distance = focus.ok_or_else(|| missing("focus_distance"))?;
-    }
-    let to_world = transform::to_world(context, element)?;
-    for plane in ["near_clip", "far_clip"] {
-        if let Some(distance) = context.number(element, plane)? {
-            context.note(element, format!("{plane} {distance}: nothing is clipped here"));
-        }
-    }
-    for sampler in context.tagged(element, "sampler") {
-        context.note(sampler, "left aside: samples are chosen for each job");
-    }
-    let films = context.tagged(element, "film");
-    let film = match films[..] {
-        [one] => read_film(context, one)?,
-        [] => return Err(context.fault(element, ErrorKind::Malformed, "no <film>", "one")),
-        [_, second, ..] => return Err(context.fault(second, ErrorKind::Malformed, "a second film", "one")),
-    };
-    context.finish(element, "fov, fov_axis, to_world, aperture_radius, focus_distance, sampler and film")?;
-    let camera = Perspective { to_world, fov, fov_axis, lens_radius, principal_point: [0.0; 2], focus_distance };
-    Ok((Camera::Perspective(camera), film))
-}
+/// Diagonal of a frame of 35 mm film [mm], which Mitsuba measures focal lengths against.
+const DIAGONAL: f64 = 43.266_615_305_567_87;
 
-fn read_film(context: &mut Context<'_>, element: &Element) -> Result<Film, Error> {
-    if context.kind(element)? != "hdrfilm" {
-        return Err(context.unsupported(element, "hdrfilm"));
-    }
-    // Mitsuba's own defaults; sizes out of range are found when the description is checked.
-    let width = context.integer(element, "width")?.unwrap_or(768);
-    let height = context.integer(element, "height")?.unwrap_or(576);
-    for format in ["file_format", "pixel_format", "component_format"] {
-        let word = context.word(element, format)?;
-        if let Some(word) = word.filter(|word| !["openexr", "rgb", "float32"].contains(&word.as_str())) {
-            context.note(element, format!("{format} {word}: files are OpenEXR, RGB, float32 here"));
+impl<'a> Context<'a> {
+    /// Reads a sensor. Mitsuba's camera frame is ours (+Z forwards, +X to the left), so transforms carry over.
+    pub(super) fn sensor(&mut self, element: &'a Element) -> Result<(Camera, Film), Error> {
+        let kind = self.kind(element)?;
+        let film = self.nested_one(element, "film")?;
+        let film = self.film(film.ok_or_else(|| element.fault(ErrorKind::Malformed, "no <film>", "one"))?)?;
+        let written = self.to_world(element)?;
+        let (to_world, scale) = self.unscaled(element, written)?;
+        let camera = match kind {
+            "perspective" => Camera::Perspective(self.perspective(element, to_world, scale, film, false)?),
+            "thinlens" => Camera::Perspective(self.perspective(element, to_world, scale, film, true)?),
+            "orthographic" => Camera::Orthographic(Orthographic { to_world, scale }),
+            _ => return Err(self.unsupported(element, "perspective, thinlens or orthographic")),
+        };
+        self.leave(element, &["near_clip", "far_clip"], "nothing is clipped here")?;
+        self.leave(element, &["shutter_open", "shutter_close"], "nothing moves here")?;
+        for sampler in self.nested(element, "sampler")? {
+            self.note(sampler, "left aside: samples are chosen for each job");
+            sampler.children.iter().for_each(|child| child.used.set(true));
         }
+        // The medium around the camera: Mitsuba 3 takes any inside the sensor, 0.x calls it its exterior.
+        if let Some(medium) = self.nested_one(element, "medium")? {
+            self.around = Some(self.medium(medium)?);
+        }
+        self.finish(element, "what the kind of sensor needs, to_world, sampler and film")?;
+        Ok((camera, film))
     }
-    if context.boolean(element, "sample_border")?.unwrap_or(false) {
-        context.note(element, "sample_border: of no use with a box filter");
+
+    fn perspective(
+        &mut self,
+        element: &'a Element,
+        to_world: Transform,
+        scale: f64,
+        film: Film,
+        has_lens: bool,
+    ) -> Result<Perspective, Error> {
+        let (fov, fov_axis) = self.field_of_view(element, film)?;
+        // A pinhole may carry a focus distance too; nothing is out of focus then.
+        let focus = self.number(element, "focus_distance")?;
+        let (mut lens_radius, mut focus_distance) = (0.0, 1.0);
+        if has_lens {
+            let missing = |what: &str| element.fault(ErrorKind::Malformed, format!("no {what}"), "aperture_radius and focus_distance");
+            lens_radius = scale * self.number(element, "aperture_radius")?.ok_or_else(|| missing("aperture_radius"))?;
+            focus_distance = scale * focus.ok_or_else(|| missing("focus_distance"))?;
+            self.leave(element, &["blades"], "the lens is round here")?;
+        }
+        let offset = |context: &Self, axis| context.number(element, &format!("principal_point_offset_{axis}"));
+        // Mitsuba moves the film under the line of sight, the description moves the line of sight over the film.
+        let principal_point = [offset(self, "x")?, offset(self, "y")?].map(|offset| offset.map_or(0.0, |offset| -offset));
+        Ok(Perspective { to_world, fov, fov_axis, lens_radius, principal_point, focus_distance })
     }
-    let filters = context.tagged(element, "rfilter");
-    let kind = filters.first().map(|filter| context.kind(filter)).transpose()?;
-    match kind.as_deref() {
-        Some("box") => {}
-        Some(other) => context.note(element, format!("reconstruction filter {other}: a box is used, edges look a little sharper")),
-        None => context.note(element, "Mitsuba's gaussian reconstruction filter: a box is used, edges look a little sharper"),
+
+    fn field_of_view(&mut self, element: &'a Element, film: Film) -> Result<(f64, FovAxis), Error> {
+        let (width, height) = (f64::from(film.width), f64::from(film.height));
+        // Half the tangent's share that falls to the width.
+        let along_x = |diagonal: f64| {
+            let tangent = libm::tan(diagonal.to_radians() / 2.0) * width / (width * width + height * height).sqrt();
+            2.0 * libm::atan(tangent).to_degrees()
+        };
+        let axis = self.word(element, "fov_axis")?;
+        if let Some(length) = self.parameter(element, "focal_length")? {
+            let value = self.required(length, "value")?;
+            let millimetres = self.one_number(length, value.trim_end_matches("mm"))?;
+            if millimetres <= 0.0 || element.children.iter().any(|child| child.attribute("name") == Some("fov")) {
+                return Err(length.fault(ErrorKind::Invalid, format!("{value:?}"), "a length above 0, and no fov beside it"));
+            }
+            let diagonal = 2.0 * libm::atan(DIAGONAL / (2.0 * millimetres)).to_degrees();
+            return Ok((along_x(diagonal), FovAxis::X));
+        }
+        let fov = match self.number(element, "fov")? {
+            Some(fov) => fov,
+            // What Mitsuba takes for a lens of 50 mm.
+            None => return Ok((along_x(2.0 * libm::atan(DIAGONAL / 100.0).to_degrees()), FovAxis::X)),
+        };
+        Ok(match axis {
+            None | Some("x") => (fov, FovAxis::X),
+            Some("y") => (fov, FovAxis::Y),
+            Some("smaller") => (fov, FovAxis::Smaller),
+            Some("larger") => (fov, FovAxis::Larger),
+            Some("diagonal") => (along_x(fov), FovAxis::X),
+            Some(other) => {
+                let expected = "x, y, diagonal, smaller or larger";
+                return Err(element.fault(ErrorKind::Unsupported, format!("fov_axis {other:?}"), expected));
+            }
+        })
     }
-    context.finish(element, "width, height, file_format, pixel_format, component_format, sample_border and rfilter")?;
-    let side = |side: i64| u32::try_from(side).unwrap_or(0);
-    Ok(Film::new(side(width), side(height)))
+
+    /// A transform without its even scale, and that scale.
+    fn unscaled(&self, element: &'a Element, written: Transform) -> Result<(Transform, f64), Error> {
+        let matrix = written.matrix();
+        let scale = matrix.x_axis.truncate().length();
+        let is_even = [matrix.y_axis, matrix.z_axis].iter().all(|axis| (axis.truncate().length() - scale).abs() <= 1e-3 * scale);
+        if !(matrix.is_finite() && scale > 0.0) || (scale - 1.0).abs() < 1e-4 && is_even {
+            // As written; what is degenerate is found by the check of the description.
+            return Ok((written, 1.0));
+        }
+        let is_orthographic = self.kind(element)? == "orthographic";
+        let across = (matrix.y_axis.truncate().length() - scale).abs() <= 1e-3 * scale;
+        if !(is_even || is_orthographic && across) {
+            return Err(element.fault(ErrorKind::Unsupported, "a to_world that stretches", "turns, moves and even scales"));
+        }
+        let frame = DMat3::from_mat4(matrix);
+        let unit = [frame.x_axis, frame.y_axis, frame.z_axis].map(|axis| axis / axis.length());
+        let plain = DMat4::from_cols(unit[0].extend(0.0), unit[1].extend(0.0), unit[2].extend(0.0), matrix.w_axis);
+        Ok((Transform(vec![Operation::Matrix(plain.transpose().to_cols_array_2d())]), scale))
+    }
 }

@@ -1,11 +1,42 @@
 //! Imports of small scenes written here, and of whole scenes where they are at hand.
 
 use super::*;
-use crate::scene::description::{Colour, Geometry, Metal, Normals};
+use crate::scene::description::{Colour, Geometry, Material, Metal, Normals};
+use crate::scene::limits;
 use crate::scene::{NoAssets, load};
 
 fn import(text: &str, file: &str) -> Result<(SceneDescription, Vec<String>), Error> {
     super::import(text, file, &NoAssets).map(|imported| (imported.description, imported.report))
+}
+
+mod coverage;
+mod light;
+mod mapping;
+mod mutations;
+mod old;
+
+/// A scene with nothing but a camera, and what is put into it.
+fn around(inner: &str) -> String {
+    format!(
+        "<scene version=\"3.0.0\"><sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/>\
+         <film type=\"hdrfilm\"><rfilter type=\"box\"/></film></sensor>\
+         <integrator type=\"path\"><integer name=\"max_depth\" value=\"4\"/></integrator>\n{inner}\n</scene>"
+    )
+}
+
+/// The same for the generation 0.x.
+fn around_old(inner: &str) -> String {
+    around(inner).replace("3.0.0", "0.6.0")
+}
+
+/// Files in memory.
+struct Files(&'static [(&'static str, &'static [u8])]);
+
+impl Assets for Files {
+    fn open(&self, name: &str) -> Result<Vec<u8>, Error> {
+        let found = self.0.iter().find(|(file, _)| *file == name).map(|(_, bytes)| bytes.to_vec());
+        found.ok_or_else(|| Error::new(ErrorKind::Unreadable, name, "", "no such file", "a readable file"))
+    }
 }
 
 const SMALL: &str = r#"<!-- a comment -->
@@ -61,7 +92,7 @@ fn a_small_scene_comes_out_as_written() {
     assert_eq!((ice.interior_ior, ice.exterior_ior, &ice.roughness), (1.31, 1.0, &0.3.into()));
     let Geometry::Obj(mesh) = &scene.shapes[2].geometry else { panic!("no mesh") };
     assert_eq!((mesh.file.as_str(), mesh.normals), ("models/a.obj", Normals::Smooth));
-    assert_eq!(scene.materials["default"], bsdf::default_material());
+    assert_eq!(scene.materials["default of shapes without a bsdf"], bsdf::default_material());
     assert!(matches!(&scene.materials["Wall"], Material::Diffuse(wall) if wall.two_sided));
     assert_eq!(scene.environment.as_ref().unwrap().radiance, Some(Colour::grey(0.5)));
     assert_eq!(report, ["line 12, <sampler type=\"independent\">: left aside: samples are chosen for each job"]);
@@ -71,33 +102,33 @@ fn a_small_scene_comes_out_as_written() {
 
 /// (what stands in `SMALL`, what to put there, parts of the message)
 const FAULTS: &[(&str, &str, &[&str])] = &[
-    ("version=\"3.0.0\"", "version=\"0.5.0\"", &["s.xml:2:1: at <scene>", "\"0.5.0\"", "3.0.0"]),
-    ("type=\"path\"", "type=\"direct\"", &["s.xml:5:5: at <integrator type=\"direct\">", "expected path"]),
+    ("version=\"3.0.0\"", "version=\"1.5.0\"", &["s.xml:2:1: at <scene>", "\"1.5.0\"", "3.0.0"]),
+    ("type=\"path\"", "type=\"guess\"", &["s.xml:5:5: at <integrator type=\"guess\">", "expected path"]),
     ("$depth", "$deep", &["s.xml:5:", "$deep", "$depth, $size"]),
     ("value=\"$depth\"", "value=\"many\"", &["s.xml:5:", "max_depth", "\"many\"", "a whole number"]),
     ("value=\"$depth\"", "value=\"-7\"", &["s.xml:5:", "integrator.max_depth", "1 to"]),
-    ("\"larger\"", "\"diagonal\"", &["s.xml:6:", "diagonal", "x, y, smaller or larger"]),
-    ("<float name=\"fov\" value=\"40\"/>", "", &["at <sensor type=\"thinlens\">", "no fov"]),
+    ("\"larger\"", "\"slanted\"", &["s.xml:6:", "slanted", "x, y, diagonal, smaller or larger"]),
+    ("name=\"focus_distance\"", "name=\"focus\"", &["at <sensor type=\"thinlens\">", "no focus_distance"]),
     ("value=\"$size\"", "value=\"0\"", &["s.xml:6:", "film.width", "found 0"]),
     ("up=\"0, 1, 0\"", "up=\"0, 0, 1\"", &["s.xml:6:", "camera.perspective.to_world", "line of sight"]),
     ("type=\"hdrfilm\"", "type=\"specfilm\"", &["<film type=\"specfilm\">", "hdrfilm"]),
-    ("<rfilter type=\"box\"/>", "<integer name=\"crop_width\" value=\"3\"/>", &["s.xml:13:", "crop_width", "cannot honour"]),
+    ("<rfilter type=\"box\"/>", "<integer name=\"crop_height\" value=\"300\"/>", &["s.xml:6:", "film.crop", "300"]),
     (
         "<rgb name=\"reflectance\" value=\"0.1, 0.2, 0.3\"/>",
         "<texture name=\"reflectance\" type=\"bitmap\"/>",
-        &["s.xml:15:", "<texture type=\"bitmap\" name=\"reflectance\">", "<rgb>"],
+        &["s.xml:15:", "<texture type=\"bitmap\" name=\"reflectance\">", "no filename"],
     ),
-    ("bsdf type=\"diffuse\"", "bsdf type=\"plastic\"", &["s.xml:15:", "<bsdf type=\"plastic\">", "diffuse, conductor"]),
+    ("bsdf type=\"diffuse\"", "bsdf type=\"hair\"", &["s.xml:15:", "<bsdf type=\"hair\">", "diffuse, roughdiffuse"]),
     ("0.1, 0.2, 0.3", "0.1, 0.2", &["s.xml:15:", "2 numbers", "1 or 3"]),
     ("0.1, 0.2, 0.3", "0.1, 0.2, 1.3", &["s.xml:15:", "materials.Wall", "0 to 1"]),
     ("value=\"water ice\"", "value=\"lemonade\"", &["s.xml:16:", "int_ior \"lemonade\"", "diamond"]),
     (
         "value=\"ggx\"/><float name=\"alpha\" value=\"0.3\"",
-        "value=\"beckmann\"/><float name=\"alpha\" value=\"0.3\"",
-        &["s.xml:16:", "the distribution beckmann", "expected ggx"],
+        "value=\"cosine\"/><float name=\"alpha\" value=\"0.3\"",
+        &["s.xml:16:", "the distribution cosine", "expected beckmann or ggx"],
     ),
     ("<ref id=\"Wall\"/>", "<ref id=\"Wand\"/>", &["s.xml:22:", "<ref id=\"Wand\">", "Ice, Wall"]),
-    ("<ref id=\"Wall\"/>", "<ref id=\"Wall\"/><ref id=\"Ice\"/>", &["s.xml:22:", "a second material"]),
+    ("<ref id=\"Wall\"/>", "<ref id=\"Wall\"/><ref id=\"Ice\"/>", &["s.xml:16:", "a second bsdf"]),
     ("type=\"area\"", "type=\"spot\"", &["s.xml:23:", "<emitter type=\"spot\">", "expected area"]),
     ("<rotate x=\"1\" angle=\"90\"/>", "<shear/>", &["s.xml:21:", "<shear>"]),
     ("value=\"Au\"", "value=\"Xx\"", &["s.xml:27:", "\"Xx\"", "Au"]),
@@ -105,8 +136,8 @@ const FAULTS: &[(&str, &str, &[&str])] = &[
     ("name=\"radius\"", "name=\"radios\"", &["s.xml:26:", "name=\"radios\"", "cannot honour"]),
     ("models/a.obj", "../a.obj", &["s.xml:31:", "shapes[2].geometry.obj.file", "../a.obj"]),
     ("type=\"cube\"", "type=\"hair\"", &["s.xml:32:", "<shape type=\"hair\">", "rectangle"]),
-    ("type=\"constant\"", "type=\"envmap\"", &["s.xml:33:", "<emitter type=\"envmap\">"]),
-    ("<shape type=\"cube\"/>", "<medium type=\"homogeneous\"/>", &["s.xml:32:", "<medium type=\"homogeneous\">"]),
+    ("type=\"constant\"", "type=\"envmap\"", &["s.xml:33:", "<emitter type=\"envmap\">", "no filename"]),
+    ("<shape type=\"cube\"/>", "<subsurface/>", &["s.xml:32:", "<subsurface>"]),
     ("id=\"Ice\">", "id=\"Wall\">", &["s.xml:16:", "\"Wall\" twice"]),
     ("</scene>", "", &["no end of it", "</scene>"]),
 ];
@@ -131,33 +162,39 @@ fn what_only_says_how_mitsuba_works_is_reported() {
         .replace("<scale x=\"2\"/>", "<scale x=\"-2\"/>");
     let (scene, report) = import(&changed, "s.xml").unwrap();
     assert_eq!(scene.integrator.max_depth, limits::PATH_EDGES);
-    for part in ["filter gaussian", "pixel_format luminance", "paths of any length", "near_clip", "mirrors"] {
+    assert!(matches!(scene.film.filter, crate::scene::description::Filter::Gaussian(_)));
+    for part in ["pixel_format luminance", "paths of any length", "near_clip"] {
         assert!(report.iter().any(|line| line.contains(part)), "{part} is not in {report:?}");
     }
 }
 
-#[test]
-fn no_damage_makes_it_panic() {
-    for (index, replacement) in (0..SMALL.len()).flat_map(|index| [b'9', b'"', b'<', b'$'].map(|byte| (index, byte))) {
-        let mut bytes = SMALL.as_bytes().to_vec();
-        bytes[index] = replacement;
-        match import(std::str::from_utf8(&bytes).unwrap(), "s.xml") {
-            Ok((scene, _)) => scene.validate("s.xml").unwrap(),
-            Err(error) => assert!(error.to_string().starts_with("s.xml"), "{error}"),
-        }
-    }
-}
-
+/// What the renderer cannot do yet is its own matter: here all that the scenes say must arrive.
 #[test]
 fn whole_scenes_are_read_where_they_are_at_hand() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes");
-    for (name, shapes) in [("cornell-box", 8), ("door-simple", 13)] {
-        let file = folder.join(name).join("scene.xml");
+    let scenes = [
+        ("cornell-box/scene.xml", 8),
+        ("cornell-box/mitsuba05.xml", 8),
+        ("door-simple/scene.xml", 13),
+        ("veach-ajar/scene.xml", 22),
+        ("veach-mis/scene.xml", 9),
+        ("glossy-counter/scene.xml", 16),
+        ("classroom/scene.xml", 79),
+        ("veach-bidir/scene.xml", 14),
+        ("water-caustic/scene.xml", 10),
+        ("sds-pool/scene.xml", 8),
+        ("medium-glass/scene.xml", 8),
+        ("fog-beam/scene.xml", 6),
+    ];
+    for (name, shapes) in scenes {
+        let file = folder.join(name);
         if !file.is_file() {
             continue;
         }
         let loaded = load(&file).unwrap();
-        assert_eq!(loaded.description.shapes.len(), shapes);
-        crate::scene::Scene::compile(&loaded.description, &loaded.assets).unwrap();
+        assert_eq!(loaded.description.shapes.len(), shapes, "{name}");
+        for asset in loaded.description.assets() {
+            loaded.assets.open(&asset).unwrap();
+        }
     }
 }
