@@ -186,6 +186,10 @@ impl<'a> Context<'a> {
     /// that it does not know, so there they are noted.
     pub(super) fn finish(&mut self, element: &'a Element, expected: &str) -> Result<(), Error> {
         for child in element.children.iter().filter(|child| !child.used.get()) {
+            if child.tag == "ref" {
+                // Most often there is nothing of this id at all.
+                self.reference(child, &["bsdf", "texture", "medium", "emitter", "shape", "phase", "spectrum"])?;
+            }
             let plain = ["float", "integer", "boolean", "string"].contains(&child.tag.as_str());
             if !(self.old && plain) {
                 return Err(self.unsupported(child, &format!("in {}: {expected}", element.shown())));

@@ -127,7 +127,7 @@ const FAULTS: &[(&str, &str, &[&str])] = &[
         "value=\"cosine\"/><float name=\"alpha\" value=\"0.3\"",
         &["s.xml:16:", "the distribution cosine", "expected beckmann or ggx"],
     ),
-    ("<ref id=\"Wall\"/>", "<ref id=\"Wand\"/>", &["s.xml:22:", "<ref id=\"Wand\">", "Ice, Wall"]),
+    ("<ref id=\"Wall\"/>", "<ref id=\"Wand\"/>", &["s.xml:22:", "<ref id=\"Wand\">", "Ice, Lamp, Wall"]),
     ("<ref id=\"Wall\"/>", "<ref id=\"Wall\"/><ref id=\"Ice\"/>", &["s.xml:16:", "a second bsdf"]),
     ("type=\"area\"", "type=\"spot\"", &["s.xml:23:", "<emitter type=\"spot\">", "expected area"]),
     ("<rotate x=\"1\" angle=\"90\"/>", "<shear/>", &["s.xml:21:", "<shear>"]),

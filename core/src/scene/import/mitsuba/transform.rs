@@ -7,7 +7,7 @@ use crate::scene::error::{Error, ErrorKind};
 
 impl<'a> Context<'a> {
     /// Reads the parameter `to_world`; without one nothing is changed.
-    pub(super) fn to_world(&mut self, element: &'a Element) -> Result<Transform, Error> {
+    pub(super) fn to_world(&self, element: &'a Element) -> Result<Transform, Error> {
         let Some(parameter) = self.parameter(element, "to_world")? else { return Ok(Transform::default()) };
         if parameter.tag != "transform" {
             return Err(self.unsupported(parameter, "<transform>"));
@@ -55,7 +55,7 @@ impl<'a> Context<'a> {
     }
 
     /// Reads `to_uv`, or the four numbers `uscale`, `vscale`, `uoffset` and `voffset` of Mitsuba 0.x.
-    pub(super) fn to_uv(&mut self, element: &'a Element) -> Result<Uv, Error> {
+    pub(super) fn to_uv(&self, element: &'a Element) -> Result<Uv, Error> {
         let mut uv = Uv::default();
         if self.old {
             let scale = self.number(element, "uvscale")?.unwrap_or(1.0);

@@ -23,7 +23,8 @@ const TEXTURE: &str =
     "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"PLUGIN\">INSIDE</texture></bsdf></shape>";
 const SPECTRUM: &str =
     "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><spectrum name=\"reflectance\" type=\"PLUGIN\">INSIDE</spectrum></bsdf></shape>";
-const GLOW: &str = "<shape type=\"sphere\"><emitter type=\"area\"><spectrum name=\"radiance\" type=\"PLUGIN\">INSIDE</spectrum></emitter></shape>";
+const GLOW: &str =
+    "<shape type=\"sphere\"><emitter type=\"area\"><spectrum name=\"radiance\" type=\"PLUGIN\">INSIDE</spectrum></emitter></shape>";
 const EMITTER: &str = "<emitter type=\"PLUGIN\">INSIDE</emitter>";
 const SHAPE: &str = "<shape type=\"PLUGIN\">INSIDE</shape>";
 const MEDIUM: &str = "<shape type=\"sphere\"><medium name=\"interior\" type=\"PLUGIN\">INSIDE</medium></shape>";
