@@ -143,7 +143,7 @@ pub(crate) fn room() -> Stage {
 /// A sky that is brighter on one side, over a dark ground.
 fn sky() -> ImageEnvironment {
     let texels =
-        (0..32).map(|k| if k < 16 { Spectrum::rgb(0.5, 0.7, 1.0) * (1.0 + (k % 8) as f32) } else { Spectrum::grey(0.1) }).collect();
+        (0..32).map(|k| if k < 16 { Spectrum::rgb(0.5, 0.7, 1.0) * (1.0 + 0.1 * (k % 8) as f32) } else { Spectrum::grey(0.3) }).collect();
     let axes = Frame { tangent: Vec3::X, bitangent: Vec3::Y, normal: Vec3::Z };
     ImageEnvironment::new(8, 4, texels, axes).unwrap()
 }
@@ -187,7 +187,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, Scene)> {
             "sky",
             Stage::default()
                 .quad(p(-3.0, -1.0, 0.0), Vec3::X * 6.0, Vec3::Z * 8.0, diffuse(0.5, 0.5, 0.5), 0.0)
-                .sphere(p(-0.5, -0.4, 3.0), 0.6, metal(0.1), 0.0)
+                .sphere(p(-0.5, -0.4, 3.0), 0.6, metal(0.25), 0.0)
                 .sphere(p(0.6, -0.5, 3.2), 0.5, glass(0.0), 0.0)
                 .light(Light::Directional(DirectionalLight {
                     towards: p(0.4, 0.8, -0.4).normalize(),

@@ -25,7 +25,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<Pixels, Error> {
 
 /// Holds the size that a file claims against the limit.
 fn check(width: u64, height: u64, name: &str) -> Result<(u32, u32), Error> {
-    let pixels = width.checked_mul(height).unwrap_or(u64::MAX);
+    let pixels = width.saturating_mul(height);
     if pixels == 0 || pixels > limits::IMAGE_PIXELS || width > u64::from(u32::MAX) || height > u64::from(u32::MAX) {
         let kind = if pixels == 0 { ErrorKind::Malformed } else { ErrorKind::TooLarge };
         let expected = format!("1 to {} texels", limits::IMAGE_PIXELS);
