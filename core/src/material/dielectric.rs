@@ -41,7 +41,7 @@ impl Dielectric {
         let (lost, coupled) = bounced.coupling(wo, wi);
         let share = if transmits { 1.0 - bounced.reflected(wo) } else { bounced.reflected(wo) };
         let wide = diffuse_density(wi) * share;
-        let tint = if transmits { self.transmittance / self.relative_ior(wo).powi(2) } else { self.reflectance };
+        let tint = if transmits { self.transmittance / (self.relative_ior(wo) * self.relative_ior(wo)) } else { self.reflectance };
         Evaluation { value: once.value + tint * (wide * coupled), density: once.density * (1.0 - lost) + wide * lost }
     }
 

@@ -6,6 +6,7 @@
 mod albedo;
 mod bounced_glass;
 mod bsdf;
+mod composite;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -15,6 +16,7 @@ mod microfacet;
 mod phong;
 mod plastic;
 mod principled;
+mod relief;
 mod rough_diffuse;
 mod textured;
 mod thin_dielectric;
@@ -22,6 +24,7 @@ mod ward;
 
 pub use bounced_glass::{BouncedGlass, BouncedGlassTable};
 pub use bsdf::{Bsdf, Evaluation, Scatter};
+pub use composite::Composite;
 pub use conductor::{Bounced, Conductor};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
@@ -30,6 +33,7 @@ pub use microfacet::{Distribution, Microfacets};
 pub use phong::Phong;
 pub use plastic::{Coat, CoatTable, Plastic};
 pub use principled::{Principled, PrincipledParameters};
+pub use relief::{Relief, Surface};
 pub use rough_diffuse::RoughDiffuse;
 pub use textured::{CoatInput, GlassBounces, PrincipledInputs, RoughInput, Textured};
 pub use thin_dielectric::ThinDielectric;
@@ -46,6 +50,14 @@ pub enum Material {
     Plain(Bsdf),
     /// With inputs from textures.
     Textured(Textured),
+    /// Made of others.
+    Composite(Box<Composite>),
+}
+
+impl From<Composite> for Material {
+    fn from(composite: Composite) -> Material {
+        Material::Composite(Box::new(composite))
+    }
 }
 
 impl From<Bsdf> for Material {
@@ -61,6 +73,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.evaluate(wo, wi),
             Material::Textured(textured) => textured.at(at).evaluate(wo, wi),
+            Material::Composite(composite) => composite.evaluate(at, wo, wi),
         }
     }
 
@@ -70,6 +83,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.evaluate_delta(wo, transmits),
             Material::Textured(textured) => textured.at(at).evaluate_delta(wo, transmits),
+            Material::Composite(composite) => composite.evaluate_delta(at, wo, transmits),
         }
     }
 
@@ -79,6 +93,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.delta_probability(wo),
             Material::Textured(textured) => textured.at(at).delta_probability(wo),
+            Material::Composite(composite) => composite.delta_probability(at, wo),
         }
     }
 
@@ -89,6 +104,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.sample(wo, choice, u),
             Material::Textured(textured) => textured.at(at).sample(wo, choice, u),
+            Material::Composite(composite) => composite.sample(at, wo, choice, u),
         }
     }
 
@@ -98,6 +114,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.roughness(),
             Material::Textured(textured) => textured.at(at).roughness(),
+            Material::Composite(composite) => composite.roughness(at),
         }
     }
 
@@ -107,6 +124,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.relative_ior(wo),
             Material::Textured(textured) => textured.at(at).relative_ior(wo),
+            Material::Composite(composite) => composite.relative_ior(at, wo),
         }
     }
 
@@ -115,6 +133,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.albedo(),
             Material::Textured(textured) => textured.at(at).albedo(),
+            Material::Composite(composite) => composite.albedo(at),
         }
     }
 
@@ -124,6 +143,7 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.has_choice(),
             Material::Textured(_) => true,
+            Material::Composite(composite) => composite.has_choice(),
         }
     }
 
@@ -133,6 +153,7 @@ impl Material {
         match self {
             Material::Plain(_) => false,
             Material::Textured(_) => true,
+            Material::Composite(composite) => composite.is_textured(),
         }
     }
 
@@ -142,6 +163,50 @@ impl Material {
         match self {
             Material::Plain(bsdf) => bsdf.is_anisotropic(),
             Material::Textured(textured) => textured.is_anisotropic(),
+            Material::Composite(composite) => composite.needs_tangents(),
+        }
+    }
+
+    /// How many materials there are in it that are not made of others.
+    pub fn leaves(&self) -> usize {
+        match self {
+            Material::Plain(_) | Material::Textured(_) => 1,
+            Material::Composite(composite) => composite.leaves(),
+        }
+    }
+
+    /// Whether light may pass to the other side.
+    pub fn transmits(&self) -> bool {
+        match self {
+            Material::Plain(bsdf) => bsdf.transmits(),
+            Material::Textured(textured) => textured.transmits(),
+            Material::Composite(composite) => composite.transmits(),
+        }
+    }
+
+    /// Relative index of refraction of a delta lobe that may transmit, 1 where it lets light pass straight on; `None` where none does.
+    pub fn delta_ior(&self) -> Option<f32> {
+        match self {
+            Material::Plain(bsdf) => bsdf.delta_ior(),
+            Material::Textured(textured) => textured.delta_ior(),
+            Material::Composite(composite) => composite.delta_ior(),
+        }
+    }
+
+    /// Whether a relief bends the shading normal, so that [`bent`](Self::bent) must be asked for it.
+    #[inline]
+    pub fn bends(&self) -> bool {
+        match self {
+            Material::Plain(_) | Material::Textured(_) => false,
+            Material::Composite(composite) => composite.bends(),
+        }
+    }
+
+    /// The unit shading normal that reliefs make of the surface's own, seen from the front or from the back.
+    pub fn bent(&self, at: &TexturePoint, surface: &Surface, from_front: bool) -> Vec3 {
+        match self {
+            Material::Plain(_) | Material::Textured(_) => surface.normal,
+            Material::Composite(composite) => composite.bent(at, surface, from_front),
         }
     }
 }

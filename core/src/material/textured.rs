@@ -176,6 +176,17 @@ impl Textured {
         }
     }
 
+    pub(super) fn delta_ior(&self) -> Option<f32> {
+        match self {
+            Textured::Dielectric { eta, rough, .. } => {
+                let smooth = |input: &ScalarInput| !matches!(input, ScalarInput::Constant(alpha) if *alpha > 0.0);
+                (smooth(&rough.u) && rough.v.as_ref().is_none_or(smooth)).then_some(*eta)
+            }
+            Textured::ThinDielectric { .. } => Some(1.0),
+            _ => None,
+        }
+    }
+
     /// Whether light may pass to the other side.
     pub fn transmits(&self) -> bool {
         match self {

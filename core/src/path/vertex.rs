@@ -1,7 +1,7 @@
 //! A vertex of a path, on a surface or inside a medium: where it lies, how it is oriented, and what it can do.
 
 use super::leg::{Arrival, Collision, Landing};
-use crate::material::{Evaluation, Material, Scatter};
+use crate::material::{Evaluation, Material, Scatter, Surface};
 use crate::math::{Frame, Ray, Vec3, spawn};
 use crate::medium::{Medium, MediumId};
 use crate::scene::Scene;
@@ -58,7 +58,11 @@ impl Vertex {
         let material = scene.shape(surface.shape).material;
         let surface_material = &scene.materials[material as usize];
         let at = if surface_material.is_textured() { scene.texture_point(surface) } else { TexturePoint::default() };
-        let frame = if surface_material.needs_tangents() {
+        let frame = if surface_material.bends() {
+            let (du, dv) = scene.world.partials(surface);
+            let from_front = surface.normal.dot(direction) < 0.0;
+            Frame::from_tangent(surface_material.bent(&at, &Surface { normal: surface.shading_normal, du, dv }, from_front), du)
+        } else if surface_material.needs_tangents() {
             Frame::from_tangent(surface.shading_normal, scene.world.tangent(surface))
         } else {
             Frame::from_normal(surface.shading_normal)

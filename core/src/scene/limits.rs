@@ -10,13 +10,13 @@ pub const PATH_EDGES: u32 = 4_096;
 pub const FILE_BYTES: u64 = 1 << 31;
 /// Vertices, and triangles, of one mesh.
 pub const MESH_ELEMENTS: usize = 1 << 26;
-/// Texels of one image (8192 × 8192).
-pub const IMAGE_PIXELS: u64 = 1 << 26;
 /// Shapes written in the scene and in its groups together.
 pub const SHAPES: usize = 1 << 20;
 /// Shapes after every instance is counted with all that its group holds.
 pub const PLACED_SHAPES: u64 = 1 << 24;
 /// Depth of groups that place groups.
 pub const GROUP_DEPTH: u32 = 16;
+/// Materials in one that is made of others, each counted as often as it is part of it.
+pub const MATERIAL_PARTS: usize = 16;
 /// Bytes of a name.
 pub const NAME_BYTES: usize = 1_024;

@@ -6,7 +6,6 @@ pub mod assets;
 mod compile;
 pub mod description;
 pub mod error;
-mod image;
 mod import;
 pub mod limits;
 mod mesh;

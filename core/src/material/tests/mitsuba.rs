@@ -63,7 +63,8 @@ fn delta_lobes_agree() {
             assert!(near(found, expected, 1e-4), "{name} {wo} {transmits}: value {found} against {expected}");
         }
         assert!(near(found.density, probability, 1e-4), "{name} {wo} {transmits}: {} against {probability}", found.density);
-        let directions = (0..64).filter_map(|k| sample(&bsdf, wo, k)).filter(|x| x.delta && (x.wi.z * wo.z < 0.0) == transmits);
+        let subject = Subject::from(bsdf);
+        let directions = (0..64).filter_map(|k| sample(&subject, wo, k)).filter(|x| x.delta && (x.wi.z * wo.z < 0.0) == transmits);
         let directions: Vec<Vec3> = directions.map(|x| x.wi).collect();
         assert!(!directions.is_empty(), "{name}: no sample");
         assert!(directions.iter().all(|found| (*found - Vec3::from(wi)).length() < 2e-5), "{name}: {directions:?} against {wi:?}");

@@ -1,6 +1,7 @@
-//! Laws that every leaf keeps: sampling matches density, energy is not created, scattering is reciprocal, nothing breaks at the limits.
+//! Laws that every material keeps: sampling matches density, energy is not created, scattering is reciprocal, nothing breaks at the limits.
 
 mod energy;
+mod inputs;
 mod limits;
 mod mitsuba;
 mod reciprocity;
@@ -9,14 +10,47 @@ mod sampling;
 use super::*;
 use crate::sampling::{Dimension, SampleKey, SampleStream};
 use crate::spectrum::Spectrum;
+use crate::texture::{ScalarInput, TexturePoint};
 
-/// A leaf under test.
-pub(super) struct Case {
+/// A material at a point.
+#[derive(Clone, Debug)]
+struct Subject(Material);
+
+impl<T: Into<Material>> From<T> for Subject {
+    fn from(material: T) -> Self {
+        Self(material.into())
+    }
+}
+
+impl Subject {
+    fn evaluate(&self, wo: Vec3, wi: Vec3) -> Evaluation {
+        self.0.evaluate(&TexturePoint::default(), wo, wi)
+    }
+
+    fn evaluate_delta(&self, wo: Vec3, transmits: bool) -> Evaluation {
+        self.0.evaluate_delta(&TexturePoint::default(), wo, transmits)
+    }
+
+    fn delta_probability(&self, wo: Vec3) -> f32 {
+        self.0.delta_probability(&TexturePoint::default(), wo)
+    }
+
+    fn sample(&self, wo: Vec3, choice: f32, u: [f32; 2]) -> Option<Scatter> {
+        self.0.sample(&TexturePoint::default(), wo, choice, u)
+    }
+
+    fn relative_ior(&self, wo: Vec3) -> f32 {
+        self.0.relative_ior(&TexturePoint::default(), wo)
+    }
+}
+
+/// A material under test.
+struct Case {
     /// What to call it.
-    pub name: &'static str,
-    pub bsdf: Bsdf,
+    name: &'static str,
+    bsdf: Subject,
     /// Bounds of its albedo for white parameters, over all views, after undoing the compression of radiance on crossing.
-    pub albedo: [f64; 2],
+    albedo: [f64; 2],
 }
 
 fn stream(k: u32) -> SampleStream {
@@ -24,7 +58,7 @@ fn stream(k: u32) -> SampleStream {
 }
 
 /// Samples by the numbers of stream `k`.
-fn sample(bsdf: &Bsdf, wo: Vec3, k: u32) -> Option<Scatter> {
+fn sample(bsdf: &Subject, wo: Vec3, k: u32) -> Option<Scatter> {
     let s = stream(k);
     bsdf.sample(wo, s.number(Dimension::lobe(9)), s.pair(Dimension::direction(9)))
 }
@@ -33,7 +67,7 @@ fn views() -> [Vec3; 4] {
     [Vec3::new(0.3, -0.2, 0.9), Vec3::new(0.8, 0.3, 0.25), Vec3::new(-0.4, 0.5, -0.7), Vec3::new(0.7, 0.6, -0.15)].map(Vec3::normalize)
 }
 
-pub(super) fn metal(facets: Option<Microfacets>, conserving: bool) -> Bsdf {
+fn metal(facets: Option<Microfacets>, conserving: bool) -> Bsdf {
     let (eta, k) = (Spectrum::rgb(0.14, 0.37, 1.44), Spectrum::rgb(3.98, 2.39, 1.6));
     let bounced = if conserving { Bounced::new(eta, k, facets) } else { None };
     Bsdf::Conductor(Conductor { eta, k, reflectance: Spectrum::WHITE, facets, bounced, two_sided: true })
@@ -45,16 +79,16 @@ fn white_metal(facets: Option<Microfacets>) -> Bsdf {
     Bsdf::Conductor(Conductor { eta, k, reflectance: Spectrum::WHITE, facets, bounced: Bounced::new(eta, k, facets), two_sided: true })
 }
 
-pub(super) fn glass(eta: f32, facets: Option<Microfacets>, conserving: bool) -> Bsdf {
+fn glass(eta: f32, facets: Option<Microfacets>, conserving: bool) -> Bsdf {
     let bounced = if conserving { BouncedGlass::new(eta, facets) } else { None };
     Bsdf::Dielectric(Dielectric { eta, reflectance: Spectrum::WHITE, transmittance: Spectrum::WHITE, facets, bounced })
 }
 
-pub(super) fn plastic(eta: f32, diffuse: Spectrum, facets: Option<Microfacets>, nonlinear: bool) -> Plastic {
+fn plastic(eta: f32, diffuse: Spectrum, facets: Option<Microfacets>, nonlinear: bool) -> Plastic {
     Plastic { diffuse, specular: Spectrum::WHITE, coat: Coat::new(eta, facets), nonlinear, two_sided: true }
 }
 
-pub(super) const PRINCIPLED: PrincipledParameters = PrincipledParameters {
+const PRINCIPLED: PrincipledParameters = PrincipledParameters {
     base_color: Spectrum::WHITE,
     metallic: 0.0,
     roughness: 0.5,
@@ -78,10 +112,10 @@ fn principled(change: impl Fn(&mut PrincipledParameters)) -> Bsdf {
 }
 
 /// Every leaf, in each of its forms.
-pub(super) fn all() -> Vec<Case> {
+fn leaves() -> Vec<Case> {
     use Distribution::{Beckmann, Ggx};
     let facets = Microfacets::new;
-    let case = |name, bsdf, albedo| Case { name, bsdf, albedo };
+    let case = |name, bsdf: Bsdf, albedo| Case { name, bsdf: bsdf.into(), albedo };
     let (white, kept) = (Spectrum::WHITE, [0.998, 1.002]);
     let matt = |sigma| Bsdf::RoughDiffuse(RoughDiffuse::new(white, sigma, true));
     let phong = |d: f32, s: f32, exponent| {
@@ -148,7 +182,34 @@ pub(super) fn all() -> Vec<Case> {
     ]
 }
 
+/// Materials made of others.
+fn composites() -> Vec<Case> {
+    let case = |name, composite: Composite, albedo| Case { name, bsdf: composite.into(), albedo };
+    let blend = |first: Material, second: Material, weight| Composite::Blend { first, second, weight: ScalarInput::Constant(weight) };
+    let matt = |two_sided| Material::from(Bsdf::Diffuse(Diffuse { reflectance: Spectrum::WHITE, two_sided }));
+    let (mirror, brushed) = (Material::from(metal(None, false)), Material::from(metal(Microfacets::ggx(0.3), true)));
+    let (clear, frosted) = (Material::from(glass(1.5, None, false)), Material::from(glass(1.5, Microfacets::ggx(0.4), true)));
+    let coated = |facets| Material::from(Bsdf::Plastic(plastic(1.5, Spectrum::WHITE, facets, false)));
+    let nested = blend(mirror.clone(), coated(None), 0.6).into();
+    vec![
+        case("blend of mirror and diffuse", blend(mirror.clone(), matt(true), 0.3), [0.9, 1.0001]),
+        case("blend of plastics", blend(coated(None), coated(Microfacets::ggx(0.2)), 0.5), [0.8, 1.002]),
+        case("blend of mirror and glass", blend(mirror, clear, 0.5), [0.9, 1.0001]),
+        case("blend of frosted glass and metal", blend(frosted, brushed.clone(), 0.25), [0.95, 1.01]),
+        case("blend of blends", blend(nested, brushed.clone(), 0.4), [0.8, 1.002]),
+        case("blend with nothing", blend(Bsdf::Null.into(), matt(true), 0.7), [0.999, 1.0001]),
+        case("blend of one", blend(matt(true), brushed.clone(), 1.0), [0.85, 1.002]),
+        case("two sides", Composite::TwoSided { front: matt(false), back: brushed }, [0.85, 1.0001]),
+        case("two coated sides", Composite::TwoSided { front: coated(None), back: coated(None) }, [0.998, 1.002]),
+    ]
+}
+
+/// Every material under test.
+fn all() -> Vec<Case> {
+    leaves().into_iter().chain(composites()).collect()
+}
+
 /// Factor by which a value counts more: radiance is compressed on crossing into a denser medium, which is no loss.
-fn crossing(bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
+fn crossing(bsdf: &Subject, wo: Vec3, wi: Vec3) -> f32 {
     if wo.z * wi.z < 0.0 { bsdf.relative_ior(wo).powi(2) } else { 1.0 }
 }

@@ -16,7 +16,7 @@ fn bin(w: Vec3) -> usize {
 }
 
 /// Probability of each bin by the density of the lobes that are no deltas.
-fn expected(bsdf: &Bsdf, wo: Vec3) -> Vec<f64> {
+fn expected(bsdf: &Subject, wo: Vec3) -> Vec<f64> {
     let cell = 4.0 * std::f64::consts::PI / (BINS.0 * BINS.1 * STEPS * STEPS) as f64;
     let mut bins = vec![0.0f64; BINS.0 * BINS.1];
     for i in 0..BINS.0 * STEPS {
@@ -91,7 +91,7 @@ fn sampling_matches_density() {
 #[test]
 fn the_test_of_sampling_can_fail() {
     // The same counts against the density of a slightly rougher metal.
-    let at = |alpha| metal(Microfacets::ggx(alpha), false);
+    let at = |alpha| Subject::from(metal(Microfacets::ggx(alpha), false));
     let (wo, n) = (views()[0], f64::from(SAMPLES));
     let mut counts = vec![0.0f64; BINS.0 * BINS.1];
     for k in 0..SAMPLES {
@@ -99,7 +99,7 @@ fn the_test_of_sampling_can_fail() {
             counts[bin(scatter.wi)] += 1.0;
         }
     }
-    let chi2 = |bsdf: &Bsdf| -> f64 {
+    let chi2 = |bsdf: &Subject| -> f64 {
         let terms = counts.iter().zip(expected(bsdf, wo)).filter(|(_, p)| p * n > 30.0);
         terms.map(|(count, p)| (count - p * n).powi(2) / (p * n + (0.015 * p * n).powi(2))).sum()
     };

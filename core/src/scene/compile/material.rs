@@ -3,20 +3,22 @@
 use super::texture::{self, Textures};
 use super::{spectrum, unsupported};
 use crate::material::{
-    BouncedGlass, BouncedGlassTable, Bsdf, Coat, CoatInput, CoatTable, Distribution, GlassBounces, Material, PrincipledInputs, RoughInput,
-    Textured, diffuse_conductor,
+    BouncedGlass, BouncedGlassTable, Bsdf, Coat, CoatInput, CoatTable, Composite, Distribution, GlassBounces, Material, PrincipledInputs,
+    Relief, RoughInput, Textured, diffuse_conductor,
 };
 use crate::scene::description::{self, Colour, ColourInput, ScalarInput, SceneDescription};
 use crate::scene::error::Error;
+use crate::scene::limits;
 use crate::texture::{ColourInput as Input, ScalarInput as Number, TexturePoint};
 
 /// Every material, in the order of their names.
 pub(super) fn compile(description: &SceneDescription, textures: &Textures) -> Result<Vec<Material>, Error> {
-    let compiler = Compiler { textures };
+    let compiler = Compiler { description, textures };
     description.materials.iter().map(|(name, material)| compiler.material(material, &format!("materials.{name}"))).collect()
 }
 
 struct Compiler<'a> {
+    description: &'a SceneDescription,
     textures: &'a Textures,
 }
 
@@ -46,13 +48,47 @@ impl Compiler<'_> {
                 roughness_v: m.roughness_v.as_ref().map(|v| self.number(v)),
                 two_sided: m.two_sided,
             },
+            // How much of a surface is there is its boundary's business.
+            description::Material::Mask(m) => return self.named(&m.material),
             description::Material::Null => return Ok(Bsdf::Null.into()),
-            other => return Err(unsupported(path, other.kind())),
+            description::Material::Blend(m) => return self.blend(m, path),
+            description::Material::TwoSided(m) => return self.two_sided(m, path),
+            description::Material::BumpMap(m) => {
+                let relief = Relief::Bumps { height: self.number(&m.height), scale: m.scale as f32 };
+                return Ok(Composite::Bent { material: self.named(&m.material)?, relief }.into());
+            }
+            description::Material::NormalMap(m) => {
+                let relief = Relief::Normals { normals: self.colour(&m.normals), scale: m.scale as f32 };
+                return Ok(Composite::Bent { material: self.named(&m.material)?, relief }.into());
+            }
         };
         if material.textures().is_empty() {
             return Ok(Material::Plain(inputs.at(&TexturePoint::default())));
         }
         Ok(Material::Textured(inputs))
+    }
+
+    /// A part of another material. The check of the description has found its name and ruled out circles.
+    fn named(&self, name: &str) -> Result<Material, Error> {
+        self.material(&self.description.materials[name], &format!("materials.{name}"))
+    }
+
+    fn blend(&self, m: &description::Blend, path: &str) -> Result<Material, Error> {
+        let (first, second) = (self.named(&m.first)?, self.named(&m.second)?);
+        if let (Some(a), Some(b)) = (first.delta_ior(), second.delta_ior())
+            && a != b
+        {
+            return Err(unsupported(path, &format!("a blend of smooth boundaries that bend light differently (by {a} and {b})")));
+        }
+        few(Composite::Blend { first, second, weight: self.number(&m.weight) }.into(), path)
+    }
+
+    fn two_sided(&self, m: &description::TwoSided, path: &str) -> Result<Material, Error> {
+        let (front, back) = (self.named(&m.front)?, self.named(&m.back)?);
+        if front.transmits() || back.transmits() {
+            return Err(unsupported(path, "a two-sided material that transmits"));
+        }
+        few(Composite::TwoSided { front, back }.into(), path)
     }
 
     fn conductor(&self, m: &description::Conductor) -> Textured {
@@ -137,3 +173,15 @@ impl Compiler<'_> {
         RoughInput { distribution, u: self.number(u), v: v.map(|v| self.number(v)) }
     }
 }
+
+/// Refuses materials of too many parts: every part costs time at every vertex, and parts of parts double it each time.
+fn few(material: Material, path: &str) -> Result<Material, Error> {
+    let parts = material.leaves();
+    if parts > limits::MATERIAL_PARTS {
+        return Err(unsupported(path, &format!("a material of {parts} parts, more than {}", limits::MATERIAL_PARTS)));
+    }
+    Ok(material)
+}
+
+#[cfg(test)]
+mod tests;
