@@ -2,9 +2,9 @@
 
 use crate::geometry::{Mesh, ShapeId, Sphere, WorldBuilder};
 use crate::lattice::Extent;
-use crate::light::{AreaLight, Emitter, Environment, Light, Lights};
+use crate::light::{AreaLight, DirectionalLight, Emitter, Environment, Falloff, ImageEnvironment, Light, Lights, PointLight, SpotLight};
 use crate::material::{Bsdf, Conductor, Dielectric, Diffuse, Material, Microfacets};
-use crate::math::{Transform, Vec3};
+use crate::math::{Frame, Transform, Vec3};
 use crate::medium::{Homogeneous, Medium, MediumId, Phase};
 use crate::plan::{Plan, ReconstructionKind, Technique};
 use crate::scene::{Boundary, Scene, Shape};
@@ -77,6 +77,12 @@ impl Stage {
         self
     }
 
+    /// A light without a surface.
+    pub(crate) fn light(mut self, light: Light) -> Self {
+        self.lights.push(light);
+        self
+    }
+
     pub(crate) fn environment(mut self, radiance: f32) -> Self {
         self.lights.push(Light::Environment(Environment { radiance: Spectrum::grey(radiance) }));
         self
@@ -134,6 +140,14 @@ pub(crate) fn room() -> Stage {
         .quad(p(-0.4, 0.95, 2.6), x * 0.8, z * 0.8, diffuse(0.0, 0.0, 0.0), 8.0)
 }
 
+/// A sky that is brighter on one side, over a dark ground.
+fn sky() -> ImageEnvironment {
+    let texels =
+        (0..32).map(|k| if k < 16 { Spectrum::rgb(0.5, 0.7, 1.0) * (1.0 + 0.1 * (k % 8) as f32) } else { Spectrum::grey(0.3) }).collect();
+    let axes = Frame { tangent: Vec3::X, bitangent: Vec3::Y, normal: Vec3::Z };
+    ImageEnvironment::new(8, 4, texels, axes).unwrap()
+}
+
 /// The scenes that every technique and shift must render right, by name.
 pub(crate) fn scenes() -> Vec<(&'static str, Scene)> {
     let p = Vec3::new;
@@ -151,6 +165,35 @@ pub(crate) fn scenes() -> Vec<(&'static str, Scene)> {
                 .sphere(p(0.6, -0.5, 3.2), 0.5, glass(0.0), 0.0)
                 .sphere(p(0.3, 1.2, 3.0), 0.2, diffuse(0.0, 0.0, 0.0), 20.0)
                 .environment(0.7)
+                .seen(0.5, 0.0),
+        ),
+        (
+            "points",
+            room()
+                .sphere(p(-0.4, -0.5, 3.2), 0.5, metal(0.0), 0.0)
+                .sphere(p(0.4, -0.5, 2.8), 0.5, metal(0.2), 0.0)
+                .light(Light::Point(PointLight { position: p(-0.5, 0.2, 2.0), intensity: Spectrum::rgb(0.4, 0.6, 0.9) }))
+                .light(Light::Spot(SpotLight {
+                    position: p(0.5, 0.8, 2.0),
+                    axis: p(-0.2, -0.8, 0.6).normalize(),
+                    intensity: Spectrum::rgb(3.0, 2.0, 1.0),
+                    inner: 0.3,
+                    outer: 0.6,
+                    falloff: Falloff::Linear,
+                }))
+                .seen(0.35, 0.0),
+        ),
+        (
+            "sky",
+            Stage::default()
+                .quad(p(-3.0, -1.0, 0.0), Vec3::X * 6.0, Vec3::Z * 8.0, diffuse(0.5, 0.5, 0.5), 0.0)
+                .sphere(p(-0.5, -0.4, 3.0), 0.6, metal(0.25), 0.0)
+                .sphere(p(0.6, -0.5, 3.2), 0.5, glass(0.0), 0.0)
+                .light(Light::Directional(DirectionalLight {
+                    towards: p(0.4, 0.8, -0.4).normalize(),
+                    irradiance: Spectrum::rgb(2.0, 1.8, 1.5),
+                }))
+                .light(Light::Image(Box::new(sky())))
                 .seen(0.5, 0.0),
         ),
         (

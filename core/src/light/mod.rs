@@ -1,10 +1,14 @@
 //! What emits light, and how a point of it is chosen.
 
 mod area;
+mod concentrated;
 mod environment;
+mod image;
 
 pub use area::{AreaLight, Emitter};
+pub use concentrated::{DirectionalLight, Falloff, PointLight, SpotLight, radians};
 pub use environment::Environment;
+pub use image::ImageEnvironment;
 
 use crate::math::{Vec2, Vec3};
 use crate::sampling::Discrete;
@@ -15,8 +19,16 @@ use crate::spectrum::Spectrum;
 pub enum Light {
     /// The front of a surface.
     Area(AreaLight),
-    /// Everything that rays without a surface see.
+    /// One point.
+    Point(PointLight),
+    /// A cone from one point.
+    Spot(SpotLight),
+    /// One direction.
+    Directional(DirectionalLight),
+    /// Everything that rays without a surface see, the same everywhere.
     Environment(Environment),
+    /// The same from an image.
+    Image(Box<ImageEnvironment>),
 }
 
 /// A point of a light as the end of a path: it does not depend on where it is seen from.
@@ -60,7 +72,7 @@ impl Lights {
     /// From lights; `radius` is that of a sphere around the scene. Lights are chosen in proportion to their power.
     pub fn new(lights: Vec<Light>, radius: f32) -> Self {
         let weights: Vec<f32> = lights.iter().map(|l| l.power(radius)).collect();
-        let environment = lights.iter().position(|l| matches!(l, Light::Environment(_))).map(|k| k as u32);
+        let environment = lights.iter().position(|l| matches!(l, Light::Environment(_) | Light::Image(_))).map(|k| k as u32);
         Self { choice: Discrete::new(&weights), lights, environment }
     }
 
@@ -81,23 +93,29 @@ impl Lights {
         let (index, probability, _) = if self.lights.len() == 1 { (0, 1.0, 0.0) } else { lights.sample(choice()) };
         let (point, density) = match &self.lights[index] {
             Light::Area(light) => light.sample(index as u32, from, u)?,
+            Light::Point(light) => (light.point(index as u32), 1.0),
+            Light::Spot(light) => (light.point(index as u32), 1.0),
+            Light::Directional(light) => (light.point(index as u32), 1.0),
             Light::Environment(light) => light.sample(index as u32, u),
+            Light::Image(light) => light.sample(index as u32, u)?,
         };
         Some(LightSample { point, density: density * probability })
     }
 
-    /// Density with which [`sample`](Self::sample) finds this point from `from` [sr⁻¹].
+    /// Density with which [`sample`](Self::sample) finds this point from `from` [sr⁻¹; 1 for lights without extent].
     #[inline]
     pub fn density(&self, from: Vec3, point: &LightPoint) -> f32 {
         let Some(choice) = &self.choice else { return 0.0 };
         let density = match &self.lights[point.light as usize] {
             Light::Area(light) => light.density(from, point),
+            Light::Point(_) | Light::Spot(_) | Light::Directional(_) => 1.0,
             Light::Environment(light) => light.density(),
+            Light::Image(light) => light.density(point.position),
         };
         density * choice.probability(point.light as usize)
     }
 
-    /// Radiance that leaves the point towards `from`.
+    /// Radiance that leaves the point towards `from`; of lights without extent what arrives there [W·m⁻²].
     #[inline]
     pub fn radiance(&self, point: &LightPoint, from: Vec3) -> Spectrum {
         match &self.lights[point.light as usize] {
@@ -108,7 +126,11 @@ impl Lights {
                     Spectrum::BLACK
                 }
             }
+            Light::Point(light) => light.received(from),
+            Light::Spot(light) => light.received(from),
+            Light::Directional(light) => light.irradiance,
             Light::Environment(light) => light.radiance,
+            Light::Image(light) => light.radiance(point.position),
         }
     }
 
@@ -132,7 +154,11 @@ impl Light {
     fn power(&self, radius: f32) -> f32 {
         match self {
             Light::Area(light) => light.radiance.mean() * light.emitter.area(),
+            Light::Point(light) => light.power(),
+            Light::Spot(light) => light.power(),
+            Light::Directional(light) => light.power(radius),
             Light::Environment(light) => light.radiance.mean() * 4.0 * crate::math::PI * radius * radius,
+            Light::Image(light) => light.power(radius),
         }
     }
 }

@@ -10,6 +10,8 @@ pub const PATH_EDGES: u32 = 4_096;
 pub const FILE_BYTES: u64 = 1 << 31;
 /// Vertices, and triangles, of one mesh.
 pub const MESH_ELEMENTS: usize = 1 << 26;
+/// Texels of one image (8192 × 8192).
+pub const IMAGE_PIXELS: u64 = 1 << 26;
 /// Shapes written in the scene and in its groups together.
 pub const SHAPES: usize = 1 << 20;
 /// Shapes after every instance is counted with all that its group holds.

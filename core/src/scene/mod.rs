@@ -6,6 +6,7 @@ pub mod assets;
 mod compile;
 pub mod description;
 pub mod error;
+mod image;
 mod import;
 pub mod limits;
 mod mesh;

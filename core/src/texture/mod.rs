@@ -1,8 +1,12 @@
 //! What varies over a surface: inputs of materials and lights, and the textures behind them.
 
+mod bitmap;
 mod checkerboard;
+mod pixels;
 
+pub use bitmap::{Bitmap, Wrap, decoding};
 pub use checkerboard::Checkerboard;
+pub use pixels::{Pixels, Texels, srgb_to_linear};
 
 use crate::math::{Vec2, Vec3};
 use crate::spectrum::Spectrum;
@@ -20,16 +24,30 @@ pub struct TexturePoint {
 /// A texture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
+    /// An image.
+    Bitmap(Bitmap),
     /// Two colours in square fields.
     Checkerboard(Checkerboard),
+    /// The vertices' colours, times a factor.
+    VertexColour(Spectrum),
+    /// The product of two inputs.
+    Product(ColourInput, ColourInput),
+    /// (1 − amount) · first + amount · second.
+    Mix(ColourInput, ColourInput, ScalarInput),
 }
 
 impl Texture {
     /// Its colour at a point.
-    #[inline]
     pub fn colour(&self, at: &TexturePoint) -> Spectrum {
         match self {
+            Texture::Bitmap(texture) => texture.colour(at),
             Texture::Checkerboard(texture) => texture.colour(at),
+            Texture::VertexColour(scale) => Spectrum::rgb(at.colour.x, at.colour.y, at.colour.z) * *scale,
+            Texture::Product(first, second) => first.at(at) * second.at(at),
+            Texture::Mix(first, second, amount) => {
+                let amount = amount.at(at).clamp(0.0, 1.0);
+                first.at(at) * (1.0 - amount) + second.at(at) * amount
+            }
         }
     }
 }

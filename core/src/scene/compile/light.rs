@@ -1,17 +1,93 @@
 //! Lights that are no surfaces.
 
-use super::{spectrum, unsupported};
-use crate::light::{Environment, Light};
+use super::{DESCRIPTION, spectrum, unsupported};
+use crate::light::{DirectionalLight, Environment, Falloff, ImageEnvironment, Light, PointLight, SpotLight, radians};
+use crate::math::{Frame, Vec3};
 use crate::scene::assets::Assets;
-use crate::scene::description::SceneDescription;
-use crate::scene::error::Error;
+use crate::scene::description::{self, Colour, EnvironmentImage, SceneDescription};
+use crate::scene::error::{Error, ErrorKind};
+use crate::scene::image;
+use crate::spectrum::Spectrum;
+use crate::texture::{Texels, srgb_to_linear};
 
-/// The lights without a surface, in the order of the description, the environment last.
-pub(super) fn compile(description: &SceneDescription, _assets: &dyn Assets) -> Result<Vec<Light>, Error> {
-    if !description.lights.is_empty() {
-        return Err(unsupported("lights", "a light without a surface"));
+/// The lights without a surface, in the order of the description, the environment last. Black ones are no lights.
+pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Vec<Light>, Error> {
+    let mut lights: Vec<Light> = description.lights.iter().filter(|light| !emits(light).is_black()).map(one).collect();
+    if let Some(environment) = description.environment.as_ref().filter(|environment| !environment.is_black()) {
+        match (environment.radiance, &environment.image) {
+            (Some(radiance), _) => lights.push(Light::Environment(Environment { radiance: spectrum(radiance) })),
+            (None, Some(image)) => lights.extend(image_environment(image, assets)?),
+            (None, None) => return Err(unsupported("environment", "a sky")),
+        }
     }
-    let Some(environment) = description.environment.as_ref().filter(|environment| !environment.is_black()) else { return Ok(Vec::new()) };
-    let radiance = environment.radiance.ok_or_else(|| unsupported("environment", "an image or a sky"))?;
-    Ok(vec![Light::Environment(Environment { radiance: spectrum(radiance) })])
+    Ok(lights)
+}
+
+fn emits(light: &description::Light) -> Colour {
+    match light {
+        description::Light::Point(light) => light.intensity,
+        description::Light::Spot(light) => light.intensity,
+        description::Light::Directional(light) => light.irradiance,
+    }
+}
+
+fn one(light: &description::Light) -> Light {
+    let place = |position: [f64; 3]| glam::DVec3::from(position).as_vec3();
+    let unit = |direction: [f64; 3]| glam::DVec3::from(direction).normalize().as_vec3();
+    match light {
+        description::Light::Point(light) => {
+            Light::Point(PointLight { position: place(light.position), intensity: spectrum(light.intensity) })
+        }
+        description::Light::Spot(light) => Light::Spot(SpotLight {
+            position: place(light.position),
+            axis: unit(light.direction),
+            intensity: spectrum(light.intensity),
+            inner: radians(light.inner_angle),
+            outer: radians(light.outer_angle),
+            falloff: match light.falloff {
+                description::Falloff::Linear => Falloff::Linear,
+                description::Falloff::Smoothstep => Falloff::Smoothstep,
+                description::Falloff::Quadratic => Falloff::Quadratic,
+            },
+        }),
+        description::Light::Directional(light) => {
+            Light::Directional(DirectionalLight { towards: -unit(light.direction), irradiance: spectrum(light.irradiance) })
+        }
+    }
+}
+
+/// The light of an image; none where it is black.
+fn image_environment(image: &EnvironmentImage, assets: &dyn Assets) -> Result<Option<Light>, Error> {
+    let pixels = image::read(&assets.open(&image.file)?, &image.file)?;
+    let scale = spectrum(image.scale);
+    let light = |stored: f32| srgb_to_linear(stored);
+    let texels: Vec<Spectrum> = match &pixels.texels {
+        Texels::Floats(texels) => texels.iter().map(|[r, g, b, _]| Spectrum::rgb(*r, *g, *b) * scale).collect(),
+        Texels::Bytes(texels) => {
+            texels.iter().map(|t| Spectrum::rgb(t[0].into(), t[1].into(), t[2].into()).map(|v| light(v / 255.0)) * scale).collect()
+        }
+        Texels::Words(texels) => {
+            texels.iter().map(|t| Spectrum::rgb(t[0].into(), t[1].into(), t[2].into()).map(|v| light(v / 65535.0)) * scale).collect()
+        }
+    };
+    if let Some(place) = texels.iter().position(|texel| !texel.is_finite() || texel.to_rgb().iter().any(|v| *v < 0.0)) {
+        let found = format!("a texel of radiance {:?}, number {place}", texels[place].to_rgb());
+        return Err(Error::new(ErrorKind::Invalid, &image.file, "", found, "finite radiance ≥ 0"));
+    }
+    let matrix = image.to_world.matrix();
+    let axis = |axis: glam::DVec4| axis.truncate().normalize_or_zero().as_vec3();
+    let (x, y) = (axis(matrix.x_axis), axis(matrix.y_axis));
+    let z: Vec3 = x.cross(y);
+    if (x.dot(y)).abs() > 1e-3 || z.dot(axis(matrix.z_axis)) < 0.999 {
+        let expected = "turns, moves and even scales";
+        return Err(Error::new(
+            ErrorKind::Invalid,
+            DESCRIPTION,
+            "environment.image.to_world",
+            "a transform that bends or mirrors",
+            expected,
+        ));
+    }
+    let environment = ImageEnvironment::new(pixels.width, pixels.height, texels, Frame { tangent: x, bitangent: y, normal: z });
+    Ok(environment.map(|environment| Light::Image(Box::new(environment))))
 }

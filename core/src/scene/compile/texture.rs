@@ -3,23 +3,26 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{spectrum, unsupported};
+use super::spectrum;
 use crate::scene::assets::Assets;
-use crate::scene::description::{self, SceneDescription, UvTransform};
+use crate::scene::description::{self, Channels, Encoding, SceneDescription, TextureFilter, UvTransform};
 use crate::scene::error::Error;
-use crate::texture::{Checkerboard, ColourInput, ScalarInput, Texture};
+use crate::scene::image;
+use crate::texture::{Bitmap, Checkerboard, ColourInput, Pixels, ScalarInput, Texture, Wrap, decoding};
 
 /// Textures by name.
 pub(super) type Textures = BTreeMap<String, Arc<Texture>>;
 
 /// Compiles every texture; those that others are made of come first.
-pub(super) fn compile(description: &SceneDescription, _assets: &dyn Assets) -> Result<Textures, Error> {
+pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Textures, Error> {
     let mut textures = Textures::new();
+    // Image files, read once each however often they are used.
+    let mut images = BTreeMap::new();
     // The check of the description has ruled out circles, so each round finishes at least one more.
     while textures.len() < description.textures.len() {
         for (name, texture) in &description.textures {
             if !textures.contains_key(name) && texture.parts().iter().all(|part| textures.contains_key(*part)) {
-                let compiled = one(texture, &format!("textures.{name}"), &textures)?;
+                let compiled = one(texture, &textures, &mut images, assets)?;
                 textures.insert(name.clone(), Arc::new(compiled));
             }
         }
@@ -27,15 +30,59 @@ pub(super) fn compile(description: &SceneDescription, _assets: &dyn Assets) -> R
     Ok(textures)
 }
 
-fn one(texture: &description::Texture, path: &str, textures: &Textures) -> Result<Texture, Error> {
-    match texture {
-        description::Texture::Checkerboard(checkerboard) => Ok(Texture::Checkerboard(Checkerboard {
+fn one(
+    texture: &description::Texture,
+    textures: &Textures,
+    images: &mut BTreeMap<String, Arc<Pixels>>,
+    assets: &dyn Assets,
+) -> Result<Texture, Error> {
+    Ok(match texture {
+        description::Texture::Bitmap(bitmap) => {
+            let pixels = match images.get(&bitmap.file) {
+                Some(pixels) => pixels.clone(),
+                None => {
+                    let pixels = Arc::new(image::read(&assets.open(&bitmap.file)?, &bitmap.file)?);
+                    images.insert(bitmap.file.clone(), pixels.clone());
+                    pixels
+                }
+            };
+            let channel = match bitmap.channels {
+                Channels::Rgb => None,
+                Channels::R => Some(0),
+                Channels::G => Some(1),
+                Channels::B => Some(2),
+                Channels::A => Some(3),
+            };
+            let srgb = match bitmap.encoding {
+                Encoding::Srgb => true,
+                Encoding::Linear => false,
+                Encoding::Auto => channel.is_none(),
+            };
+            Texture::Bitmap(Bitmap {
+                pixels,
+                decode: decoding(srgb),
+                channel,
+                bilinear: bitmap.filter == TextureFilter::Bilinear,
+                wrap: match bitmap.wrap {
+                    description::Wrap::Repeat => Wrap::Repeat,
+                    description::Wrap::Clamp => Wrap::Clamp,
+                    description::Wrap::Mirror => Wrap::Mirror,
+                },
+                uv: affine(&bitmap.uv),
+                scale: spectrum(bitmap.scale),
+            })
+        }
+        description::Texture::Checkerboard(checkerboard) => Texture::Checkerboard(Checkerboard {
             even: colour(&checkerboard.color0, textures),
             odd: colour(&checkerboard.color1, textures),
             uv: affine(&checkerboard.uv),
-        })),
-        _ => Err(unsupported(path, "this kind of texture")),
-    }
+        }),
+        description::Texture::VertexColour(colours) => Texture::VertexColour(spectrum(colours.scale)),
+        description::Texture::Product(product) => Texture::Product(colour(&product.first, textures), colour(&product.second, textures)),
+        description::Texture::Mix(mix) => {
+            Texture::Mix(colour(&mix.first, textures), colour(&mix.second, textures), scalar(&mix.amount, textures))
+        }
+    })
 }
 
 /// Rows of (u, v, 1) → offset + R(rotate) · (scale ⊙ uv).
