@@ -113,6 +113,14 @@ fn rounding(case: &Case, strayed: f64) -> f64 {
     4.0 * (strayed + unit(case.scene)) / lowest
 }
 
+/// How far rounding may turn a direction of the way back: most across a short edge in a corner.
+///
+/// A ray starts off its surface by the bound on the vertex's rounding, a segment between two vertices does not.
+fn bent(case: &Case, back: &OffsetSubpath) -> f64 {
+    let edges = case.base.vertices.windows(2).map(|e| f64::from(e[0].position.distance(e[1].position)));
+    4.0 * (distance(case.base, back) + 16.0 * unit(case.scene)) / edges.fold(1.0, f64::min)
+}
+
 /// The rounding of a position [scene units].
 fn unit(scene: &Scene) -> f64 {
     f64::from(scene.world.bounds().radius() * f32::EPSILON)

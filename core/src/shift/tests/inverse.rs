@@ -40,9 +40,7 @@ fn every_shift_can_be_undone(edge: u32, samples: u32) {
         assert!(own.clone().all(|(a, b)| a.matter == b.matter), "{}: materials", case.place);
         let far = distance(case.base, &back) / f64::from(case.scene.world.bounds().radius());
         assert!(far < POSITION, "{}: strayed by {far:e}", case.place);
-        let shortest = case.base.vertices.windows(2).map(|e| f64::from(e[0].position.distance(e[1].position))).fold(1.0, f64::min);
-        // A ray starts off its surface by the bound on the vertex's rounding, a segment between two vertices does not.
-        let bent = 4.0 * (distance(case.base, &back) + 16.0 * unit(case.scene)) / shortest;
+        let bent = bent(case, &back);
         for (turned, step) in back.steps.iter().zip(&case.base.steps) {
             let turn = f64::from(turned.wi.distance(step.wi));
             assert!(turn < 1e-3 + bent, "{}: turned by {turn:e}", case.place);
