@@ -8,6 +8,8 @@ pub const FILM_PIXELS: u64 = 1 << 26;
 pub const PATH_EDGES: u32 = 4_096;
 /// Bytes of one file.
 pub const FILE_BYTES: u64 = 1 << 31;
+/// Bytes of all meshes, and of all images, that an importer makes out of other files.
+pub const MADE_BYTES: u64 = 1 << 32;
 /// Vertices, and triangles, of one mesh.
 pub const MESH_ELEMENTS: usize = 1 << 26;
 /// Texels of one image (8192 × 8192).

@@ -3,7 +3,9 @@
 use super::assets::MadeAssets;
 use super::description::SceneDescription;
 
+pub(super) mod gltf;
 pub(super) mod mitsuba;
+mod naming;
 mod spectra;
 mod xml;
 

@@ -36,6 +36,9 @@ pub(super) fn parse(bytes: &[u8], file: &str) -> Result<Mesh, Error> {
                 if UV_NAMES.iter().any(|[u, v]| has(element, u) && has(element, v)) {
                     mesh.uvs = vertices.iter().map(|vertex| vertex.uv).collect();
                 }
+                if ["red", "green", "blue"].iter().all(|name| has(element, name)) {
+                    mesh.colours = vertices.iter().map(|vertex| vertex.colour).collect();
+                }
             }
             "face" => {
                 bounded(element.count, "faces", file)?;
@@ -96,6 +99,7 @@ struct Vertex {
     position: Vec3,
     normal: Vec3,
     uv: Vec2,
+    colour: Vec3,
 }
 
 impl PropertyAccess for Vertex {
@@ -113,11 +117,19 @@ impl PropertyAccess for Vertex {
             "nz" => &mut self.normal.z,
             "u" | "s" | "texture_u" | "texture_s" => &mut self.uv.x,
             "v" | "t" | "texture_v" | "texture_t" => &mut self.uv.y,
+            "red" => &mut self.colour.x,
+            "green" => &mut self.colour.y,
+            "blue" => &mut self.colour.z,
             _ => return PropertyAccessResult::Ignored,
+        };
+        // Bytes are fractions of 255; what stands as floating point stands as it is.
+        let whole = match (name, &value) {
+            ("red" | "green" | "blue", Property::UChar(_)) => 1.0 / 255.0,
+            _ => 1.0,
         };
         match scalar(&value) {
             Some(value) => {
-                *place = value as f32;
+                *place = (value * whole) as f32;
                 PropertyAccessResult::Set
             }
             None => PropertyAccessResult::UnsupportedType,

@@ -2,8 +2,8 @@
 
 use crate::geometry::Mesh;
 
-/// The bytes of a little-endian PLY file of single precision, which [`super::read`] gives back as it was. Normals and texture coordinates
-/// are written where the mesh has them.
+/// The bytes of a little-endian PLY file of single precision, which [`super::read`] gives back as it was. Normals, texture
+/// coordinates and colours are written where the mesh has them.
 pub(in crate::scene) fn write(mesh: &Mesh) -> Vec<u8> {
     let mut properties = vec!["x", "y", "z"];
     if !mesh.normals.is_empty() {
@@ -11,6 +11,9 @@ pub(in crate::scene) fn write(mesh: &Mesh) -> Vec<u8> {
     }
     if !mesh.uvs.is_empty() {
         properties.extend(["u", "v"]);
+    }
+    if !mesh.colours.is_empty() {
+        properties.extend(["red", "green", "blue"]);
     }
     let mut header = format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", mesh.positions.len());
     for property in &properties {
@@ -22,7 +25,13 @@ pub(in crate::scene) fn write(mesh: &Mesh) -> Vec<u8> {
     for (vertex, position) in mesh.positions.iter().enumerate() {
         let normal = mesh.normals.get(vertex).map(|normal| normal.to_array());
         let uv = mesh.uvs.get(vertex).map(|uv| uv.to_array());
-        let values = position.to_array().into_iter().chain(normal.into_iter().flatten()).chain(uv.into_iter().flatten());
+        let colour = mesh.colours.get(vertex).map(|colour| colour.to_array());
+        let values = position
+            .to_array()
+            .into_iter()
+            .chain(normal.into_iter().flatten())
+            .chain(uv.into_iter().flatten())
+            .chain(colour.into_iter().flatten());
         bytes.extend(values.flat_map(f32::to_le_bytes));
     }
     for corners in &mesh.triangles {
@@ -49,7 +58,8 @@ mod tests {
         let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::new(-2.5, 7.0), Vec2::ONE];
         let textured = Mesh { uvs: uvs.clone(), ..plain.clone() };
         let full = Mesh { normals, uvs, ..plain.clone() };
-        for mesh in [plain, textured, full] {
+        let coloured = Mesh { colours: vec![Vec3::ONE, Vec3::X, Vec3::new(0.2, 0.4, 1.5), Vec3::ZERO], ..full.clone() };
+        for mesh in [plain, textured, full, coloured] {
             assert_eq!(ply::parse(&write(&mesh), "t.ply").unwrap(), mesh);
         }
     }
