@@ -1,10 +1,12 @@
 //! The plan of a job: which technique, shift, planes and reconstruction, resolved from what the scene calls for and what was asked.
 
 mod resolve;
+mod switched;
 
 pub use crate::reconstruction::ReconstructionKind;
 pub use resolve::{PlanError, resolve};
 
+use crate::effects::Effect;
 use crate::film::PlaneKind;
 use crate::lattice::{Extent, SampleRange, Tile};
 
@@ -26,6 +28,14 @@ impl Technique {
         match self {
             Technique::Pt => "pt",
             Technique::Gpt => "gpt",
+        }
+    }
+
+    /// Whether it can simulate an effect.
+    pub fn carries(self, effect: Effect) -> bool {
+        match self {
+            // Paths from the camera find light by chance or by choosing its point: a mirror hides both ways to a light without extent.
+            Technique::Pt | Technique::Gpt => effect != Effect::LostCaustics,
         }
     }
 

@@ -2,12 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::lights;
 use super::set::{Effect, Effects};
+use super::surfaces;
 use crate::scene::SceneDescription;
-use crate::scene::description::{Camera, Colour, Environment, Geometry, Material, Shape};
-
-/// Roughness up to which a metal or a glass still gathers light into something that people call a caustic.
-const CAUSTIC_ROUGHNESS: f64 = 0.15;
+use crate::scene::description::{Camera, Geometry, Shape};
 
 /// Finds what a description calls for. Materials that nothing visible bears, and groups that nothing places, call for nothing.
 ///
@@ -19,32 +18,23 @@ pub fn analyse(scene: &SceneDescription) -> Effects {
     {
         effects.add(Effect::DepthOfField, format!("camera.perspective.lens_radius is {} m", camera.lens_radius));
     }
+    if let Some(medium) = &scene.medium {
+        effects.add(Effect::Media, format!("media.{medium} around the camera"));
+    }
     let mut bearers = BTreeMap::new();
     let mut placed = BTreeSet::new();
     for (index, shape) in scene.shapes.iter().enumerate() {
         let path = called(&format!("shapes[{index}]"), shape);
-        if shape.emission.as_ref().is_some_and(|emission| !emission.radiance.is_black()) {
-            effects.add(Effect::AreaLights, &path);
-        }
         if let Geometry::Instance(instance) = &shape.geometry {
             effects.add(Effect::Instances, format!("{path} places `{}`", instance.of));
         }
-        visit(scene, shape, &path, &mut bearers, &mut placed);
+        lights::shape(shape, &path, &mut effects);
+        visit(scene, shape, &path, &mut bearers, &mut placed, &mut effects);
     }
-    if let Some(environment) = scene.environment.as_ref().filter(|environment| !environment.is_black()) {
-        let what = match environment {
-            Environment { image: Some(image), .. } => format!("environment.image is {}", image.file),
-            Environment { sky: Some(sky), .. } => format!("environment.sky with the sun at {:?}", sky.sun_direction),
-            Environment { radiance, .. } => format!("environment.radiance is {:?}", radiance.unwrap_or(Colour::WHITE).0),
-        };
-        effects.add(Effect::EnvironmentLight, what);
-    }
-    for (name, bearer) in &bearers {
-        if let Some(material) = scene.materials.get(*name) {
-            surface(name, material, bearer, &mut effects);
-        }
-    }
-    caustics(scene, &bearers, &mut effects);
+    lights::concentrated(scene, &mut effects);
+    lights::environment(scene, &mut effects);
+    lights::many(scene, &mut effects);
+    surfaces::borne(scene, &bearers, &mut effects);
     effects
 }
 
@@ -55,7 +45,13 @@ fn visit<'a>(
     path: &str,
     bearers: &mut BTreeMap<&'a str, String>,
     placed: &mut BTreeSet<&'a str>,
+    effects: &mut Effects,
 ) {
+    for (side, medium) in [("inside", &shape.interior), ("outside", &shape.exterior)] {
+        if let Some(medium) = medium {
+            effects.add(Effect::Media, format!("media.{medium} {side} {path}"));
+        }
+    }
     if let Some(material) = shape.material.as_deref() {
         bearers.entry(material).or_insert_with(|| path.to_string());
     }
@@ -65,34 +61,7 @@ fn visit<'a>(
         return;
     }
     for (index, inner) in scene.groups.get(&instance.of).into_iter().flatten().enumerate() {
-        visit(scene, inner, &called(&format!("groups.{}[{index}]", instance.of), inner), bearers, placed);
-    }
-}
-
-fn surface(name: &str, material: &Material, bearer: &str, effects: &mut Effects) {
-    let because = |what: &str| format!("materials.{name} ({what}) on {bearer}");
-    match material.roughness() {
-        Some(0.0) => effects.add(Effect::SpecularChains, because("smooth")),
-        Some(roughness) => effects.add(Effect::NearSpecular, because(&format!("roughness {roughness}"))),
-        None => {}
-    }
-    if let Material::Dielectric(dielectric) = material {
-        effects.add(Effect::Refraction, because(&format!("{} inside, {} outside", dielectric.interior_ior, dielectric.exterior_ior)));
-    }
-}
-
-/// A caustic needs a light, something that gathers it, and something diffuse that shows it.
-fn caustics(scene: &SceneDescription, bearers: &BTreeMap<&str, String>, effects: &mut Effects) {
-    let lit = effects.has(Effect::AreaLights) || effects.has(Effect::EnvironmentLight);
-    let material = |name: &&str| scene.materials.get(*name);
-    let shown = bearers.keys().any(|name| matches!(material(name), Some(Material::Diffuse(diffuse)) if !diffuse.reflectance.is_black()));
-    if !lit || !shown {
-        return;
-    }
-    for (name, bearer) in bearers {
-        if material(name).and_then(Material::roughness).is_some_and(|roughness| roughness <= CAUSTIC_ROUGHNESS) {
-            effects.add(Effect::Caustics, format!("materials.{name} on {bearer}"));
-        }
+        visit(scene, inner, &called(&format!("groups.{}[{index}]", instance.of), inner), bearers, placed, effects);
     }
 }
 
@@ -139,7 +108,8 @@ mod tests {
     #[test]
     fn each_effect_names_what_calls_for_it() {
         let effects = of(&format!(r#""shapes": [{LIGHT}, {}]"#, ball("glass")), r#", "lens_radius": 0.1"#);
-        assert_eq!(names(&effects), ["area_lights", "specular_chains", "refraction", "caustics", "depth_of_field"]);
+        let expected = ["area_lights", "specular_chains", "refraction", "caustics", "seen_caustics", "depth_of_field"];
+        assert_eq!(names(&effects), expected);
         assert_eq!(effects.because(Effect::AreaLights), ["shapes[0] “lamp”"]);
         assert_eq!(effects.because(Effect::Refraction), ["materials.glass (1.5 inside, 1 outside) on shapes[1]"]);
         assert_eq!(effects.because(Effect::Caustics), ["materials.glass on shapes[1]"]);
@@ -173,5 +143,38 @@ mod tests {
         assert_eq!(names(&effects), ["specular_chains", "instances"]);
         assert_eq!(effects.because(Effect::SpecularChains), ["materials.mirror (smooth) on groups.a[0]"]);
         assert_eq!(effects.because(Effect::Instances), ["shapes[0] places `b`"]);
+    }
+
+    #[test]
+    fn media_holes_and_textures_are_told_by_who_bears_them() {
+        let rest = r#""media": { "fog": { "homogeneous": { "extinction": 0.1, "albedo": 0.9 } } }, "medium": "fog",
+            "shapes": [{ "geometry": "cube", "material": "leaf", "interior": "fog" }, { "geometry": "cube", "material": "tiles" }]"#;
+        let more = r#""materials": { "leaf": { "mask": { "material": "white", "opacity": 0.5 } },
+            "tiles": { "plastic": { "diffuse": { "texture": "board" } } },"#;
+        let textures = r#""textures": { "board": { "checkerboard": { "color0": 0, "color1": 1, "uv": { "scale": [40, 2] } } } },"#;
+        let text = format!("{{ {}, {textures} {}, {rest} }}", CAMERA.replace("LENS", ""), MATERIALS.replacen(r#""materials": {"#, more, 1));
+        let effects = analyse(&SceneDescription::from_json(&text, "test.json").unwrap());
+        assert_eq!(names(&effects), ["specular_chains", "media", "holes", "textures", "fine_detail"]);
+        assert_eq!(effects.because(Effect::Media), ["media.fog around the camera", "media.fog inside shapes[0]"]);
+        assert_eq!(effects.because(Effect::Holes), ["materials.leaf (opacity 0.5) on shapes[0]"]);
+        assert_eq!(effects.because(Effect::Textures), ["textures.board in materials.tiles on shapes[1]"]);
+        assert_eq!(effects.because(Effect::FineDetail), ["textures.board (40 times over) in materials.tiles on shapes[1]"]);
+    }
+
+    #[test]
+    fn caustics_of_a_point_light_are_lost() {
+        let point = r#""lights": [{ "point": { "name": "bulb", "position": [0, 3, 0], "intensity": 9 } }],"#;
+        let floor = r#"{ "geometry": "rectangle", "material": "white" }"#;
+        let effects = of(&format!(r#"{point} "shapes": [{floor}, {}]"#, ball("glass")), "");
+        assert_eq!(names(&effects), ["concentrated_lights", "specular_chains", "refraction", "lost_caustics"]);
+        assert_eq!(effects.because(Effect::LostCaustics), ["materials.glass on shapes[1] under lights[0] “bulb” (point)"]);
+        let effects = of(&format!(r#"{point} "shapes": [{floor}, {}]"#, ball("frosted")), "");
+        assert!(!effects.has(Effect::LostCaustics), "a rough lobe is joined to the light");
+    }
+
+    #[test]
+    fn many_lights_are_counted() {
+        let lamps = vec![LIGHT; 40].join(", ");
+        assert_eq!(of(&format!(r#""shapes": [{lamps}]"#), "").because(Effect::ManyLights), ["40 lights"]);
     }
 }

@@ -3,67 +3,64 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Something that light does in a scene and that a technique must be able to carry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Effect {
-    /// Light from surfaces.
-    AreaLights,
-    /// Light from infinitely far away.
-    EnvironmentLight,
-    /// Perfect mirrors and perfectly clear boundaries: paths through them cannot be joined, only followed.
-    SpecularChains,
-    /// Rough metal and rough glass: lobes between a mirror and a diffuse surface.
-    NearSpecular,
-    /// Light that passes through surfaces and changes direction.
-    Refraction,
-    /// Light that a mirror or a glass, clear or nearly so, may gather on a diffuse surface.
-    Caustics,
-    /// A lens: things out of focus are blurred.
-    DepthOfField,
-    /// Geometry that stands in several places but is held once.
-    Instances,
+macro_rules! effects {
+    ($($(#[$doc:meta])* $variant:ident, $name:literal, $words:literal;)*) => {
+        /// Something that light does in a scene and that a technique must be able to carry.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Effect {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Effect {
+            /// Every effect.
+            pub const ALL: &'static [Effect] = &[$(Effect::$variant,)*];
+
+            /// Its name for machines.
+            pub fn name(self) -> &'static str {
+                match self { $(Effect::$variant => $name,)* }
+            }
+
+            /// Its name for people.
+            pub fn words(self) -> &'static str {
+                match self { $(Effect::$variant => $words,)* }
+            }
+        }
+    };
 }
 
-impl Effect {
-    /// Every effect.
-    pub const ALL: [Effect; 8] = [
-        Effect::AreaLights,
-        Effect::EnvironmentLight,
-        Effect::SpecularChains,
-        Effect::NearSpecular,
-        Effect::Refraction,
-        Effect::Caustics,
-        Effect::DepthOfField,
-        Effect::Instances,
-    ];
-
-    /// Its name for machines.
-    pub fn name(self) -> &'static str {
-        match self {
-            Effect::AreaLights => "area_lights",
-            Effect::EnvironmentLight => "environment_light",
-            Effect::SpecularChains => "specular_chains",
-            Effect::NearSpecular => "near_specular",
-            Effect::Refraction => "refraction",
-            Effect::Caustics => "caustics",
-            Effect::DepthOfField => "depth_of_field",
-            Effect::Instances => "instances",
-        }
-    }
-
-    /// Its name for people.
-    pub fn words(self) -> &'static str {
-        match self {
-            Effect::AreaLights => "area lights",
-            Effect::EnvironmentLight => "environment light",
-            Effect::SpecularChains => "specular chains",
-            Effect::NearSpecular => "near-specular reflection",
-            Effect::Refraction => "refraction",
-            Effect::Caustics => "caustics",
-            Effect::DepthOfField => "depth of field",
-            Effect::Instances => "instances",
-        }
-    }
+effects! {
+    /// Light from surfaces.
+    AreaLights, "area_lights", "area lights";
+    /// Light from points, cones and single directions, which no ray finds by chance.
+    ConcentratedLights, "concentrated_lights", "lights without extent";
+    /// Light from infinitely far away.
+    EnvironmentLight, "environment_light", "environment light";
+    /// So many lights that choosing one by its power alone would waste most samples.
+    ManyLights, "many_lights", "many lights";
+    /// Perfect mirrors and perfectly clear boundaries: paths through them cannot be joined, only followed.
+    SpecularChains, "specular_chains", "specular chains";
+    /// Rough metal, rough glass and glossy coats: lobes between a mirror and a diffuse surface.
+    NearSpecular, "near_specular", "near-specular reflection";
+    /// Light that passes through surfaces and changes direction.
+    Refraction, "refraction", "refraction";
+    /// Light that a mirror or a glass, clear or nearly so, may gather on a diffuse surface.
+    Caustics, "caustics", "caustics";
+    /// Caustics that the camera may see through a mirror or a glass in turn: specular, diffuse, specular.
+    SeenCaustics, "seen_caustics", "caustics seen through specular surfaces";
+    /// Caustics of lights without extent, which paths from the camera never find.
+    LostCaustics, "lost_caustics", "caustics of lights without extent";
+    /// Media that absorb or scatter.
+    Media, "media", "participating media";
+    /// Surfaces that let part of the light pass as if they were not there.
+    Holes, "holes", "surfaces with holes";
+    /// Materials or lights that vary over a surface.
+    Textures, "textures", "textures";
+    /// Detail that is likely finer than a pixel: it makes gradients as noisy as the image.
+    FineDetail, "fine_detail", "detail finer than a pixel";
+    /// A lens: things out of focus are blurred.
+    DepthOfField, "depth_of_field", "depth of field";
+    /// Geometry that stands in several places but is held once.
+    Instances, "instances", "instances";
 }
 
 impl fmt::Display for Effect {

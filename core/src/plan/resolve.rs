@@ -1,6 +1,6 @@
 //! From what a scene calls for and what was asked to one plan, with a reason for every choice.
 
-use super::{Plan, ReconstructionKind, Request, Technique};
+use super::{Plan, ReconstructionKind, Request, Technique, switched};
 use crate::effects::{Effect, Effects, analyse};
 use crate::lattice::Extent;
 use crate::scene::{SceneDescription, limits};
@@ -50,7 +50,9 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     let max_depth = request.max_depth.unwrap_or(scene.integrator.max_depth);
     in_range("longest path", max_depth, limits::PATH_EDGES, "edges")?;
     let technique = technique(request, extent, max_depth, &effects, &mut reasons);
+    carried(technique, &effects, Technique::carries, &mut reasons)?;
     let reconstruction = reconstruction(request, technique, &mut reasons)?;
+    reasons.extend(switched::off(&effects));
     let samples = request.samples.unwrap_or(DEFAULT_SAMPLES);
     in_range("samples per pixel", samples, MOST_SAMPLES, "samples")?;
     reasons.push(match request.samples {
@@ -103,7 +105,8 @@ fn extent(scene: &SceneDescription, request: &Request, reasons: &mut Vec<String>
 }
 
 fn technique(request: &Request, extent: Extent, max_depth: u32, effects: &Effects, reasons: &mut Vec<String>) -> Technique {
-    let lit = effects.has(Effect::AreaLights) || effects.has(Effect::EnvironmentLight);
+    let lights = [Effect::AreaLights, Effect::ConcentratedLights, Effect::EnvironmentLight];
+    let lit = lights.into_iter().any(|light| effects.has(light));
     let (technique, why) = match request.technique {
         Some(technique) => (technique, "asked for".to_string()),
         None if extent.pixels() == 1 => (Technique::Pt, "a single pixel has no neighbour to measure a gradient to".to_string()),
@@ -124,6 +127,11 @@ fn technique(request: &Request, extent: Extent, max_depth: u32, effects: &Effect
         } else {
             "reconnection alone: every surface is diffuse".to_string()
         };
+        let shift = if effects.has(Effect::Media) {
+            format!("{shift}; inside media distances are copied until both paths can join, there without cosines")
+        } else {
+            shift
+        };
         reasons.push(format!("shift by {shift}"));
     }
     if effects.has(Effect::Caustics) {
@@ -131,6 +139,27 @@ fn technique(request: &Request, extent: Extent, max_depth: u32, effects: &Effect
         reasons.push(format!("caustics are possible ({from}) and converge slowly: paths find them from the camera's side only"));
     }
     technique
+}
+
+/// Refuses a technique that cannot carry an effect, if another one can; where none can, says what is lost.
+fn carried(
+    technique: Technique,
+    effects: &Effects,
+    carries: impl Fn(Technique, Effect) -> bool,
+    reasons: &mut Vec<String>,
+) -> Result<(), PlanError> {
+    for (effect, because) in effects.iter().filter(|(effect, _)| !carries(technique, *effect)) {
+        let because = because.join("; ");
+        if let Some(other) = Technique::ALL.into_iter().find(|other| carries(*other, effect)) {
+            return Err(PlanError::Missing {
+                choice: format!("technique {}", technique.name()),
+                missing: format!("a way to simulate {effect} ({because})"),
+                try_instead: format!("technique {}", other.name()),
+            });
+        }
+        reasons.push(format!("{effect} are lost ({because}): no technique here finds that light; give the light some extent to see it"));
+    }
+    Ok(())
 }
 
 fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<String>) -> Result<ReconstructionKind, PlanError> {
@@ -236,6 +265,38 @@ mod tests {
         assert!(says(&dark, "nothing in the scene gives light"));
         let single = resolve(&lit(), &Request { samples: Some(1), ..Request::default() }).unwrap();
         assert!(says(&single, "half A only"));
+    }
+
+    #[test]
+    fn a_technique_that_cannot_carry_an_effect_is_refused_with_one_that_can() {
+        let glass = scene(r#"{ "geometry": "cube", "material": "glass" }"#, "");
+        let effects = analyse(&glass);
+        let mut reasons = Vec::new();
+        let only_gpt = |technique, effect| technique == Technique::Gpt || effect != Effect::Refraction;
+        let error = carried(Technique::Pt, &effects, only_gpt, &mut reasons).unwrap_err().to_string();
+        for part in ["technique pt needs", "refraction", "materials.glass", "shapes[0]", "try technique gpt"] {
+            assert!(error.contains(part), "{error}");
+        }
+        carried(Technique::Gpt, &effects, only_gpt, &mut reasons).unwrap();
+        assert!(reasons.is_empty());
+    }
+
+    #[test]
+    fn light_that_nothing_finds_is_named() {
+        let point = r#", "lights": [{ "point": { "position": [0, 3, 0], "intensity": 9 } }]"#;
+        let both = scene(r#"{ "geometry": "cube", "material": "glass" }, { "geometry": "rectangle", "material": "white" }"#, point);
+        let plan = resolve(&both, &Request::default()).unwrap();
+        assert!(says(&plan, "caustics of lights without extent are lost (materials.glass on shapes[0] under lights[0] (point))"));
+        assert!(!says(&plan, "the image will be black"));
+    }
+
+    #[test]
+    fn what_is_switched_off_is_told() {
+        let plan = resolve(&lit(), &Request::default()).unwrap();
+        assert!(says(&plan, "off: media and holes") && says(&plan, "off: textures"));
+        let fog = r#", "media": { "fog": { "homogeneous": { "extinction": 1, "albedo": 1 } } }, "medium": "fog""#;
+        let plan = resolve(&scene("", fog), &Request::default()).unwrap();
+        assert!(!says(&plan, "off: media and holes") && says(&plan, "off: textures"));
     }
 
     #[test]
