@@ -1,13 +1,15 @@
 //! E[gradient] = difference of converged primals, gradients that are exactly zero, and primals that gradients do not touch.
 
 use crate::film::{Film, FrameFold, PlaneKind, TileFold};
+use crate::material::{Bsdf, Material, Textured};
 use crate::math::Vec3;
 use crate::medium::MediumId;
 use crate::plan::{Plan, Technique, WorkUnit};
 use crate::render::render_unit;
-use crate::scene::Scene;
+use crate::scene::{Boundary, Scene};
 use crate::spectrum::Spectrum;
 use crate::testing::{Stage, diffuse, plan, scenes};
+use crate::texture::{ColourInput, ScalarInput};
 use rayon::prelude::*;
 
 fn render(scene: &Scene, plan: &Plan) -> Film {
@@ -192,6 +194,29 @@ fn a_sheet_with_holes_shows_its_share_of_what_lies_behind() {
     let all = render(&scene, &plan(Technique::Gpt, 3, 64, 6, 1)).combined();
     for (primal, direct) in all.primal.data().iter().zip(all.direct.data()) {
         assert!((primal + direct - 1.2).abs() < 1e-5, "{primal} + {direct}");
+    }
+}
+
+/// The same scene with the code for what it lacks switched on: legs through media and holes, and inputs that are looked up.
+fn forced(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.boundaries.push(Boundary { opacity: ScalarInput::Constant(1.0), media: None });
+    for material in &mut scene.materials {
+        if let Material::Plain(Bsdf::Diffuse(diffuse)) = material {
+            let reflectance = ColourInput::Constant(diffuse.reflectance);
+            *material = Material::Textured(Textured::Diffuse { reflectance, two_sided: diffuse.two_sided });
+        }
+    }
+    scene
+}
+
+#[test]
+fn what_a_scene_lacks_changes_no_bit() {
+    for (name, scene) in scenes().into_iter().filter(|(_, scene)| scene.is_clear()) {
+        let plan = plan(Technique::Gpt, 6, 8, 6, 3);
+        let with = forced(&scene);
+        assert!(!with.is_clear());
+        assert_eq!(render(&scene, &plan), render(&with, &plan), "{name}");
     }
 }
 
