@@ -15,6 +15,10 @@ lint:
 test:
     cargo test --workspace
 
+# Compare every scene that has a reference image by another renderer: minutes. Names of scenes, and --effort N for N times the samples.
+truth *ARGS:
+    cargo run --release -p gradfarm-tests --example truth -- {{ARGS}}
+
 # Time rays, materials, shifts and reconstructions.
 bench *ARGS:
     cargo bench -p gradfarm-core {{ARGS}}

@@ -1,4 +1,4 @@
-//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, the programs, and a
+//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, images by another renderer, the programs, and a
 //! farm of separate processes.
 
 pub mod farm;
@@ -6,3 +6,4 @@ pub mod frame;
 pub mod programs;
 pub mod scenes;
 pub mod statistics;
+pub mod truth;
