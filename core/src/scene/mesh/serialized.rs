@@ -34,8 +34,6 @@ pub(in crate::scene) struct Serialized {
     pub(in crate::scene) mesh: Mesh,
     /// Whether it is written to be shown with the normals of its faces.
     pub(in crate::scene) faceted: bool,
-    /// Whether it carries vertex colours.
-    pub(in crate::scene) coloured: bool,
 }
 
 /// Reads mesh number `index`, from 0; `file` is the name that errors carry.
@@ -71,13 +69,14 @@ pub(in crate::scene) fn parse(bytes: &[u8], index: usize, file: &str) -> Result<
     let uvs = stream.floats(if flags & HAS_UVS != 0 { 2 * vertices } else { 0 }, width)?;
     let uvs = uvs.chunks_exact(2).map(Vec2::from_slice).collect();
     let coloured = flags & HAS_COLOURS != 0;
-    drop(stream.floats(if coloured { 3 * vertices } else { 0 }, width)?);
+    let colours = stream.floats(if coloured { 3 * vertices } else { 0 }, width)?;
+    let colours = colours.chunks_exact(3).map(Vec3::from_slice).collect();
     let corners = stream.take(12 * triangles)?;
     let corner = |k: usize, bytes: &[u8]| u32::from_le_bytes(std::array::from_fn(|b| bytes[4 * k + b]));
     let triangles = corners.chunks_exact(12).map(|bytes| [corner(0, bytes), corner(1, bytes), corner(2, bytes)]).collect();
-    let mesh = Mesh { positions, normals, uvs, triangles, ..Mesh::default() };
+    let mesh = Mesh { positions, normals, uvs, colours, triangles };
     mesh.check().map_err(|fault| faulty(&fault, file))?;
-    Ok(Serialized { mesh, faceted: flags & FACETED != 0, coloured })
+    Ok(Serialized { mesh, faceted: flags & FACETED != 0 })
 }
 
 /// Checks magic number and version at `start`, and gives the version.

@@ -7,8 +7,8 @@ use crate::scene::limits;
 use crate::scene::mesh::{ply_binary, serialized};
 
 impl Context<'_> {
-    /// Unpacks mesh number `index` of a file. Gives the name of the made file, whether it shows its faces, and whether it had colours.
-    pub(super) fn unpacked(&mut self, element: &Element, file: &str, index: usize) -> Result<(String, bool, bool), Error> {
+    /// Unpacks mesh number `index` of a file. Gives the name of the made file, and whether the mesh shows its faces.
+    pub(super) fn unpacked(&mut self, element: &Element, file: &str, index: usize) -> Result<(String, bool), Error> {
         let made = format!("{file}.{index}.ply");
         let found = |fault: Error| element.fault(fault.kind, fault.to_string(), "a .serialized file beside the scene");
         let bytes = self.assets.open(file).map_err(found)?;
@@ -22,6 +22,6 @@ impl Context<'_> {
             }
             self.made.insert(made.clone(), bytes);
         }
-        Ok((made, unpacked.faceted, unpacked.coloured))
+        Ok((made, unpacked.faceted))
     }
 }

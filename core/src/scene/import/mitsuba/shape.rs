@@ -156,10 +156,7 @@ impl<'a> Context<'a> {
         let mut mesh = self.mesh_file(element)?;
         let index = self.integer(element, "shape_index")?.unwrap_or(0);
         let index = usize::try_from(index).map_err(|_| element.fault(ErrorKind::Invalid, format!("shape_index {index}"), "0 or more"))?;
-        let (file, faceted, coloured) = self.unpacked(element, &mesh.file, index)?;
-        if coloured {
-            self.note(element, "vertex colours of a .serialized mesh: left out");
-        }
+        let (file, faceted) = self.unpacked(element, &mesh.file, index)?;
         mesh.file = file;
         if faceted {
             mesh.normals = Normals::Flat;

@@ -71,14 +71,15 @@ fn both_versions_and_both_precisions_are_read() {
         for precision in [0x1000, DOUBLE] {
             let bytes = file(version, &[square(version, precision, 1.0), square(version, precision | all | FACETED, 2.0)]);
             let first = parse(&bytes, 0, "t.serialized").unwrap();
-            assert_eq!((first.mesh.normals.len(), first.mesh.uvs.len(), first.faceted, first.coloured), (0, 0, false, false));
+            assert_eq!((first.mesh.normals.len(), first.mesh.uvs.len(), first.mesh.colours.len(), first.faceted), (0, 0, 0, false));
             assert_eq!(first.mesh.positions[2], Vec3::new(1.0, 1.0, 1.0));
             let second = parse(&bytes, 1, "t.serialized").unwrap();
             assert_eq!(second.mesh.positions[2], Vec3::new(1.0, 1.0, 2.0));
             assert_eq!(second.mesh.normals, [Vec3::Z; 4]);
             assert_eq!(second.mesh.uvs[1], Vec2::X);
             assert_eq!(second.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
-            assert!(second.faceted && second.coloured);
+            assert_eq!(second.mesh.colours, [Vec3::new(0.5, 0.25, 1.0); 4]);
+            assert!(second.faceted);
         }
     }
 }

@@ -117,7 +117,7 @@ const TABLE: &[Row] = &[
     ("rfilter", FILTER, "", "lanczos", "0.x 3", Approximated, "mitchell with B = 0, C = 0.5"),
     ("shape", SHAPE, MESH, "obj", "0.x 3", Honoured, ""),
     ("shape", SHAPE, "<string name=\"filename\" value=\"a.ply\"/>", "ply", "0.x 3", Honoured, ""),
-    ("shape", SHAPE, "<string name=\"filename\" value=\"m.serialized\"/>", "serialized", "0.x 3", Honoured, "versions 3 and 4, without vertex colours"),
+    ("shape", SHAPE, "<string name=\"filename\" value=\"m.serialized\"/>", "serialized", "0.x 3", Honoured, "versions 3 and 4"),
     ("shape", SHAPE, "", "sphere", "0.x 3", Honoured, ""),
     ("shape", SHAPE, "", "rectangle", "0.x 3", Honoured, ""),
     ("shape", SHAPE, "", "cube", "0.x 3", Honoured, ""),
