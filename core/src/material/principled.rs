@@ -4,7 +4,7 @@
 //! implementation where that creates energy: the base of a dielectric gets what its reflection leaves over in both directions
 //! (Kelemen and Szirmay-Kalos, Eurographics 2001), and coat and sheen dim what lies below on the way in and out.
 
-use super::albedo::{charlie, facet_albedo, sheen_albedo, sheen_scale};
+use super::albedo::{FacetAlbedo, charlie, facet_albedo, sheen_albedo, sheen_scale};
 use super::bsdf::{Evaluation, Scatter};
 use super::dielectric::Dielectric;
 use super::fresnel::schlick_weight;
@@ -65,6 +65,8 @@ pub struct Principled {
     /// Reflectance of the opaque dielectric at normal and at grazing incidence.
     f0: Spectrum,
     f90: f32,
+    /// One over the mean of what the opaque dielectric's reflection leaves to its base.
+    base_scale: Spectrum,
     coat: f32,
     coat_facets: Microfacets,
     sheen: Spectrum,
@@ -80,6 +82,8 @@ struct Chances {
     base: f32,
     through: f32,
     glass: f32,
+    /// What the opaque dielectric's reflection leaves to its base.
+    left: Spectrum,
 }
 
 impl Principled {
@@ -93,7 +97,7 @@ impl Principled {
         let sheen_alpha = p.sheen_roughness * p.sheen_roughness;
         let normal = ((p.ior - 1.0) / (p.ior + 1.0)).powi(2);
         let glass = if p.thin { 0.0 } else { p.transmission };
-        Self {
+        let unscaled = Self {
             base: p.base_color,
             shares: [p.metallic, (1.0 - p.metallic) * (1.0 - glass), (1.0 - p.metallic) * glass],
             thin: if p.thin { p.transmission } else { 0.0 },
@@ -105,8 +109,11 @@ impl Principled {
             coat_facets: Microfacets::ggx_at_least(coat_alpha, coat_alpha),
             sheen: if p.sheen_color.is_black() { p.sheen_color } else { p.sheen_color * sheen_scale(sheen_alpha) },
             sheen_alpha,
+            base_scale: Spectrum::WHITE,
             two_sided: p.two_sided || (p.thin && p.transmission > 0.0),
-        }
+        };
+        let mean = unscaled.left_to_base(facet_albedo(&facets, None));
+        Self { base_scale: mean.map(|left| 1.0 / left.max(1e-4)), ..unscaled }
     }
 
     #[inline]
@@ -129,11 +136,10 @@ impl Principled {
         }
     }
 
-    /// Albedo of the dielectric's reflection at cosθ, or its mean over the hemisphere.
+    /// What the opaque dielectric's reflection leaves to its base, by the albedo of its facets.
     #[inline]
-    fn dielectric_albedo(&self, cos: Option<f32>) -> Spectrum {
-        let a = facet_albedo(&self.facets, cos);
-        self.f0.map(|f0| (f0 * (a.white - a.schlick) + self.f90 * a.schlick).min(1.0))
+    fn left_to_base(&self, a: FacetAlbedo) -> Spectrum {
+        self.f0.map(|f0| (1.0 - f0 * (a.white - a.schlick) - self.f90 * a.schlick).max(0.0))
     }
 
     /// What the coat leaves of light that passes it at cosθ.
@@ -151,16 +157,16 @@ impl Principled {
 
     fn chances(&self, wo: Vec3) -> Option<Chances> {
         let [metal, dielectric, glass] = self.shares;
-        let mut chances = Chances { coat: 0.0, sheen: 0.0, mirror: 0.0, base: 0.0, through: 0.0, glass };
+        let mut chances = Chances { coat: 0.0, sheen: 0.0, mirror: 0.0, base: 0.0, through: 0.0, glass, left: Spectrum::BLACK };
         if wo.z > 0.0 {
             let a = facet_albedo(&self.facets, Some(wo.z));
-            let reflected = self.dielectric_albedo(Some(wo.z)).mean();
-            let base = self.base.mean();
+            chances.left = self.left_to_base(a);
+            let (base, left) = (self.base.mean(), chances.left.mean());
             chances.coat = self.coat * coat_fresnel(wo.z);
             chances.sheen = self.sheen_share(wo.z);
-            chances.mirror = metal * (base * a.white + (1.0 - base) * a.schlick) + dielectric * reflected;
-            chances.base = dielectric * (1.0 - self.thin) * base * (1.0 - reflected);
-            chances.through = dielectric * self.thin * base * (1.0 - reflected);
+            chances.mirror = metal * (base * a.white + (1.0 - base) * a.schlick) + dielectric * (1.0 - left);
+            chances.base = dielectric * (1.0 - self.thin) * base * left;
+            chances.through = dielectric * self.thin * base * left;
         }
         let sum = chances.coat + chances.sheen + chances.mirror + chances.base + chances.through + chances.glass;
         if sum <= 0.0 {
@@ -221,9 +227,8 @@ impl Principled {
         }
         if chances.base > 0.0 {
             let wide = diffuse_density(i);
-            let passed = |cos: Option<f32>| self.dielectric_albedo(cos).map(|e| 1.0 - e);
-            let mean = passed(None).map(|m| 1.0 / m.max(1e-4));
-            let colour = self.base * passed(Some(o.z)) * passed(Some(i.z)) * mean;
+            let below = self.left_to_base(facet_albedo(&self.facets, Some(i.z)));
+            let colour = self.base * chances.left * below * self.base_scale;
             add(colour * (wide * dielectric * (1.0 - self.thin)), chances.base * wide);
         }
     }

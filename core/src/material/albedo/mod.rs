@@ -4,7 +4,7 @@ mod facets;
 mod profile;
 mod sheen;
 
-pub(super) use facets::{dielectric_albedo, dielectric_transmittance, facet_albedo, mean_dielectric_reflectance};
+pub(super) use facets::{FacetAlbedo, dielectric_albedo, dielectric_transmittance, facet_albedo, mean_dielectric_reflectance};
 pub(super) use profile::Profile;
 pub(super) use sheen::{charlie, sheen_albedo, sheen_scale};
 
