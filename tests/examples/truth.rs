@@ -54,7 +54,7 @@ fn table(folder: &std::path::Path, chosen: &[&String], effort: Effort, level: f6
     let mut beyond = Vec::new();
     for name in chosen {
         // The gradient technique's image before reconstruction is that of path tracing, bit for bit.
-        match measure(&folder.join(name), Technique::Gpt, effort) {
+        match measure(&folder.join(name), "scene.xml", Technique::Gpt, effort) {
             Ok(rows) => {
                 for row in rows {
                     differences += usize::from(row.agrees(level).is_err());

@@ -15,6 +15,7 @@ use gradfarm_core::film::Image;
 use gradfarm_core::output::exr::read_rgb;
 use gradfarm_core::plan::{Plan, ReconstructionKind, Request, Technique, resolve};
 use gradfarm_core::reconstruction::reconstruct;
+use gradfarm_core::scene::description::Film;
 use gradfarm_core::scene::{Scene, load};
 
 use crate::frame::render;
@@ -102,8 +103,10 @@ fn blocks(image: &Image, value: impl Fn(f64) -> f64) -> Vec<f64> {
     means
 }
 
-/// The reference: block means with their standard errors, their pixels, and its samples per pixel.
+/// The reference: its film and longest path, block means with their standard errors, their pixels, and its samples per pixel.
 struct Reference {
+    film: Film,
+    max_depth: u32,
     blocks: Vec<Estimate>,
     pixels: Vec<f64>,
     samples: f64,
@@ -121,13 +124,16 @@ impl Reference {
             return Err("the reference was made with spectra, which RGB does not equal".to_string());
         }
         let samples = about["spp"].as_f64().ok_or("reference.json tells no samples per pixel")?;
+        let max_depth = about["max_depth"].as_u64().and_then(|depth| u32::try_from(depth).ok());
+        let max_depth = max_depth.ok_or("reference.json tells no max_depth")?;
         let (image, error) = (read("reference.exr")?, read("reference_stderr.exr")?);
         let squares = blocks(&error, |e| e * e);
         let tiles: Vec<f64> = image.extent().tiles(BLOCK).iter().map(|block| block.pixels() as f64).collect();
         let pixels: Vec<f64> = tiles.iter().cycle().take(squares.len()).copied().collect();
         let means = blocks(&image, |v| v).into_iter().zip(squares.iter().zip(&pixels));
         let blocks = means.map(|(mean, (square, pixels))| Estimate::known(mean, (square / pixels).sqrt())).collect();
-        Ok(Reference { blocks, pixels, samples })
+        let film = Film::new(image.extent().width, image.extent().height);
+        Ok(Reference { film, max_depth, blocks, pixels, samples })
     }
 
     /// The mean over all pixels of numbers that are means of blocks.
@@ -136,13 +142,16 @@ impl Reference {
     }
 }
 
-/// Compares one scene with its reference, by one technique: a row without reconstruction, and one with `l2` where there are gradients.
+/// Compares one scene, of which `file` is one form, with its reference, by one technique: a row without reconstruction, and one with `l2`
+/// where there are gradients. Film, filter (box) and longest path are those of the reference, whatever this form of the scene says.
 ///
 /// # Errors
 /// Why the scene is out of reach: what the importer, the compiler or the plan refused, or what the reference lacks.
-pub fn measure(folder: &Path, technique: Technique, effort: Effort) -> Result<Vec<Row>, String> {
+pub fn measure(folder: &Path, file: &str, technique: Technique, effort: Effort) -> Result<Vec<Row>, String> {
     let reference = Reference::read(folder)?;
-    let loaded = load(folder.join("scene.xml")).map_err(|fault| short(&fault.to_string(), folder))?;
+    let mut loaded = load(folder.join(file)).map_err(|fault| short(&fault.to_string(), folder))?;
+    loaded.description.film = reference.film;
+    loaded.description.integrator.max_depth = reference.max_depth;
     let scene = Scene::compile(&loaded.description, &loaded.assets).map_err(|fault| short(&fault.to_string(), folder))?;
     let plan = |seed| -> Result<Plan, String> {
         let request = Request { technique: Some(technique), samples: Some(effort.samples), seed, ..Request::default() };
