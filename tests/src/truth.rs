@@ -16,7 +16,7 @@ use gradfarm_core::output::exr::read_rgb;
 use gradfarm_core::plan::{Plan, ReconstructionKind, Request, Technique, resolve};
 use gradfarm_core::reconstruction::reconstruct;
 use gradfarm_core::scene::description::Film;
-use gradfarm_core::scene::{Scene, load};
+use gradfarm_core::scene::{Scene, SceneDescription, load};
 
 use crate::frame::render;
 use crate::statistics::{Comparison, Estimate, sidak, student_tail};
@@ -148,8 +148,23 @@ impl Reference {
 /// # Errors
 /// Why the scene is out of reach: what the importer, the compiler or the plan refused, or what the reference lacks.
 pub fn measure(folder: &Path, file: &str, technique: Technique, effort: Effort) -> Result<Vec<Row>, String> {
+    measure_changed(folder, file, |_| {}, technique, effort)
+}
+
+/// The same for a scene that is changed before it is rendered.
+///
+/// # Errors
+/// As [`measure`].
+pub fn measure_changed(
+    folder: &Path,
+    file: &str,
+    change: impl FnOnce(&mut SceneDescription),
+    technique: Technique,
+    effort: Effort,
+) -> Result<Vec<Row>, String> {
     let reference = Reference::read(folder)?;
     let mut loaded = load(folder.join(file)).map_err(|fault| short(&fault.to_string(), folder))?;
+    change(&mut loaded.description);
     loaded.description.film = reference.film;
     loaded.description.integrator.max_depth = reference.max_depth;
     let scene = Scene::compile(&loaded.description, &loaded.assets).map_err(|fault| short(&fault.to_string(), folder))?;
