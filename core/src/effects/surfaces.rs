@@ -93,7 +93,8 @@ fn together(scene: &SceneDescription, parts: &BTreeMap<&str, &str>, effects: &mu
     let extended = effects.has(Effect::AreaLights) || effects.has(Effect::EnvironmentLight);
     let concentrated = effects.because(Effect::ConcentratedLights).join(", ");
     let shown = parts.keys().any(|name| scene.materials.get(*name).is_some_and(shows));
-    if !shown || !(extended || !concentrated.is_empty()) {
+    let lit = extended || !concentrated.is_empty();
+    if !shown || !lit {
         return;
     }
     let clear = effects.has(Effect::SpecularChains);
