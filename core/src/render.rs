@@ -114,7 +114,9 @@ impl<'a> Renderer<'a> {
         // Half B carries the next frame's key: neighbouring frames share the seeds of these halves.
         let frame = self.frame.wrapping_add(half.index() as u32);
         let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index: sample / 2 });
-        let [u, v] = stream.pair(Dimension::PIXEL);
+        // The neighbours' paths take the same place in their pixels, so its weight holds for them too. Albedo, normal and depth only
+        // guide, and go without it: they would gain noise from negative lobes.
+        let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));
         let lens = stream.pair(Dimension::LENS);
         let film = [x as f32 + u, y as f32 + v];
         let base = &mut scratch.base;
@@ -123,10 +125,10 @@ impl<'a> Renderer<'a> {
         statistics.add(Counter::Rays, u64::from(base.rays));
         statistics.add(Counter::Vertices, base.vertices.len() as u64);
         let sums_of_half = &mut sums.halves[half.index()];
-        let primal = finite(base.primal(), statistics);
+        let primal = finite(base.primal() * weight, statistics);
         add(&mut sums_of_half.primal, primal);
         add(&mut sums_of_half.primal_squared, primal * primal);
-        add(&mut sums_of_half.direct, finite(base.direct, statistics));
+        add(&mut sums_of_half.direct, finite(base.direct * weight, statistics));
         if let Some(first) = base.first {
             add(&mut sums.albedo, first.albedo);
             for (sum, n) in sums.normal.iter_mut().zip(first.normal.to_array()) {
@@ -153,7 +155,7 @@ impl<'a> Renderer<'a> {
             statistics.add(Counter::Rays, u64::from(scratch.offset.rays + rays));
             statistics.add(outcome(scratch.offset.end), 1);
             // A backward step measures this − previous: the difference turns its sign.
-            let difference = finite(difference, statistics) * f32::from(offset.step);
+            let difference = finite(difference * weight, statistics) * f32::from(offset.step);
             add(&mut sums_of_half.gradient[offset.index()], difference);
             sums_of_half.gradient_squared[offset.index()][0] += f64::from(difference.square_sum());
         }

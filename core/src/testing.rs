@@ -1,16 +1,17 @@
 //! Small scenes built in code, for the tests of transport.
 
-use crate::geometry::{Mesh, ShapeId, Sphere, WorldBuilder};
+use crate::geometry::{Analytic, Cylinder, Disk, Mesh, ShapeId, Sphere, WorldBuilder};
 use crate::lattice::Extent;
 use crate::light::{AreaLight, DirectionalLight, Emitter, Environment, Falloff, ImageEnvironment, Light, Lights, PointLight, SpotLight};
 use crate::material::{Bsdf, Conductor, Dielectric, Diffuse, Material, Microfacets};
-use crate::math::{Frame, Transform, Vec3};
+use crate::math::{Frame, Transform, Vec2, Vec3};
 use crate::medium::{Homogeneous, Medium, MediumId, Phase};
 use crate::plan::{Plan, ReconstructionKind, Technique};
 use crate::scene::{Boundary, Scene, Shape};
-use crate::sensor::{FieldAxis, Sensor};
+use crate::sensor::{FieldAxis, Perspective, PixelFilter, Projection, Sensor, Window};
 use crate::spectrum::Spectrum;
-use crate::texture::ScalarInput;
+use crate::texture::{Checkerboard, ColourInput, ScalarInput, Texture};
+use std::sync::Arc;
 
 /// Gathers a scene shape by shape.
 #[derive(Default)]
@@ -29,7 +30,7 @@ pub(crate) struct Stage {
 impl Stage {
     fn shape(&mut self, material: Material, emitter: Option<(Emitter, f32)>) -> ShapeId {
         let light = emitter.map(|(emitter, radiance)| {
-            self.lights.push(Light::Area(AreaLight { radiance: Spectrum::grey(radiance), emitter }));
+            self.lights.push(Light::Area(AreaLight { radiance: Spectrum::grey(radiance).into(), two_sided: false, emitter }));
             self.lights.len() as u32 - 1
         });
         self.materials.push(material);
@@ -44,16 +45,37 @@ impl Stage {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             ..Mesh::default()
         };
-        let emitter = (radiance > 0.0).then(|| (Emitter::from_mesh(&mesh).unwrap(), radiance));
+        let emitter = (radiance > 0.0).then(|| (Emitter::from_mesh(&mesh, false).unwrap(), radiance));
         let id = self.shape(material, emitter);
         self.world.meshes.push((mesh, id));
         self
     }
 
-    pub(crate) fn sphere(mut self, centre: Vec3, radius: f32, material: Material, radiance: f32) -> Self {
-        let sphere = Sphere { centre, radius };
-        let id = self.shape(material, (radiance > 0.0).then_some((Emitter::Sphere(sphere), radiance)));
-        self.world.spheres.push((sphere, id));
+    /// A parallelogram that glows on both sides, in two radiances by fields of a checkerboard.
+    pub(crate) fn screen(mut self, corner: Vec3, a: Vec3, b: Vec3, radiance: [f32; 2]) -> Self {
+        let mesh = Mesh {
+            positions: vec![corner, corner + a, corner + a + b, corner + b],
+            uvs: [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(Vec2::from).to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        };
+        let [even, odd] = radiance.map(|radiance| Spectrum::grey(radiance).into());
+        let fields = Texture::Checkerboard(Checkerboard { even, odd, uv: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] });
+        let emitter = Emitter::from_mesh(&mesh, true).unwrap();
+        let id = self.shape(diffuse(0.0, 0.0, 0.0), None);
+        self.shapes[id.0 as usize].light = Some(self.lights.len() as u32);
+        self.lights.push(Light::Area(AreaLight { radiance: ColourInput::Texture(Arc::new(fields)), two_sided: true, emitter }));
+        self.world.meshes.push((mesh, id));
+        self
+    }
+
+    pub(crate) fn sphere(self, centre: Vec3, radius: f32, material: Material, radiance: f32) -> Self {
+        self.analytic(Sphere { centre, radius }.into(), material, radiance)
+    }
+
+    pub(crate) fn analytic(mut self, surface: Analytic, material: Material, radiance: f32) -> Self {
+        let id = self.shape(material, (radiance > 0.0).then_some((Emitter::Analytic(surface), radiance)));
+        self.world.analytic.push((surface, id));
         self
     }
 
@@ -90,6 +112,12 @@ impl Stage {
 
     /// Seen from the origin along +z with a field of view of 2·atan(half).
     pub(crate) fn seen(self, half_tangent: f32, lens_radius: f32) -> Scene {
+        let perspective = Perspective { half_tangent, axis: FieldAxis::X, principal_point: [0.0; 2], lens_radius, focus_distance: 3.0 };
+        self.through(Projection::Perspective(perspective), PixelFilter::Box)
+    }
+
+    /// Seen from the origin along +z.
+    pub(crate) fn through(self, projection: Projection, filter: PixelFilter) -> Scene {
         let world = self.world.build();
         let radius = world.bounds().radius();
         Scene {
@@ -99,8 +127,9 @@ impl Stage {
             boundaries: self.boundaries,
             media: self.media,
             around: self.around.unwrap_or(MediumId::VACUUM),
-            lights: Lights::new(self.lights, radius),
-            sensor: Sensor { to_world: Transform::IDENTITY, half_tangent, axis: FieldAxis::X, lens_radius, focus_distance: 3.0 },
+            // A tree for fewer lights than usual, so that small scenes have one.
+            lights: Lights::choosing(self.lights, radius, 6),
+            sensor: Sensor { to_world: Transform::IDENTITY, projection, window: Window::WHOLE, filter },
         }
     }
 }
@@ -195,6 +224,20 @@ pub(crate) fn scenes() -> Vec<(&'static str, Scene)> {
                 }))
                 .light(Light::Image(Box::new(sky())))
                 .seen(0.5, 0.0),
+        ),
+        (
+            // Enough lights for a tree among them.
+            "lamps",
+            (0..6)
+                .map(|k| p(0.3 * k as f32 - 0.8, -0.9 + 0.25 * (k % 3) as f32, 2.0 + 0.4 * (k % 4) as f32))
+                .fold(room(), |room, centre| {
+                    let (x, y) = (p(0.05, 0.02, 0.0), p(0.0, 0.03, 0.06));
+                    room.analytic(Disk { centre, x, y }.into(), diffuse(0.1, 0.1, 0.1), 20.0)
+                })
+                .screen(p(-0.8, -0.2, 3.8), p(0.6, 0.0, -0.3), p(0.0, 0.5, 0.2), [3.0, 0.5])
+                .analytic(Cylinder { start: p(0.5, -1.0, 3.2), axis: Vec3::Y, length: 1.2, radius: 0.2 }.into(), metal(0.0), 0.0)
+                .light(Light::Point(PointLight { position: p(0.1, 0.6, 2.0), intensity: Spectrum::rgb(0.2, 0.3, 0.4) }))
+                .through(Projection::Orthographic(0.9), PixelFilter::mitchell(1.0 / 3.0, 1.0 / 3.0)),
         ),
         (
             "fog",

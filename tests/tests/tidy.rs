@@ -83,6 +83,7 @@ const TRANSCENDENTAL: &[&str] = &[
     "cbrt",
     "hypot",
     "mul_add",
+    "rem_euclid",
     "div_euclid",
 ];
 

@@ -109,6 +109,26 @@ impl Mesh {
         self.triangles[triangle].map(|c| self.positions[c as usize])
     }
 
+    /// Texture coordinates at (v, w), which weigh the second and the third corner; those two numbers where the mesh has none.
+    #[inline]
+    pub fn uv(&self, triangle: usize, [v, w]: [f32; 2]) -> Vec2 {
+        if self.uvs.is_empty() {
+            return Vec2::new(v, w);
+        }
+        let [a, b, c] = self.triangles[triangle].map(|k| self.uvs[k as usize]);
+        a * (1.0 - v - w) + b * v + c * w
+    }
+
+    /// Colour at (v, w); (1, 1, 1) where the mesh has none.
+    #[inline]
+    pub fn colour(&self, triangle: usize, [v, w]: [f32; 2]) -> Vec3 {
+        if self.colours.is_empty() {
+            return Vec3::ONE;
+        }
+        let [a, b, c] = self.triangles[triangle].map(|k| self.colours[k as usize]);
+        a * (1.0 - v - w) + b * v + c * w
+    }
+
     /// Area of a triangle [m²].
     pub fn area(&self, triangle: usize) -> f32 {
         let [a, b, c] = self.corners(triangle);

@@ -59,18 +59,18 @@ fn trees_find_what_testing_everything_finds() {
         let s = stream(k);
         let centre = warp::uniform_sphere(s.pair(Dimension::PIXEL)) * 4.0;
         if k % 2 == 0 {
-            builder.spheres.push((Sphere { centre, radius: 0.4 }, ShapeId(k)));
+            builder.analytic.push((Sphere { centre, radius: 0.4 }.into(), ShapeId(k)));
         } else {
             builder.meshes.push((ball(centre, 0.4, 5), ShapeId(k)));
         }
     }
     let meshes = builder.meshes.clone();
-    let spheres = builder.spheres.clone();
+    let spheres = builder.analytic.clone();
     let world = builder.build();
     let alone: Vec<World> = meshes
         .into_iter()
         .map(|m| WorldBuilder { meshes: vec![m], ..WorldBuilder::default() }.build())
-        .chain(spheres.into_iter().map(|s| WorldBuilder { spheres: vec![s], ..WorldBuilder::default() }.build()))
+        .chain(spheres.into_iter().map(|s| WorldBuilder { analytic: vec![s], ..WorldBuilder::default() }.build()))
         .collect();
     let mut hits = 0;
     for k in 0..3000u32 {
@@ -130,7 +130,7 @@ fn points_do_not_meet_their_own_surface() {
     for scale in [1e-6f32, 1.0, 1e6] {
         let world = WorldBuilder {
             meshes: vec![(ball(Vec3::splat(7.0 * scale), scale, 12), ShapeId(0))],
-            spheres: vec![(Sphere { centre: Vec3::splat(-7.0 * scale), radius: scale }, ShapeId(1))],
+            analytic: vec![(Sphere { centre: Vec3::splat(-7.0 * scale), radius: scale }.into(), ShapeId(1))],
             ..WorldBuilder::default()
         }
         .build();

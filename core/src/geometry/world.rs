@@ -1,8 +1,8 @@
 //! The whole geometry of a scene: groups of shapes, each with its tree, and instances of groups under a transform.
 
+use super::analytic::{Analytic, Place};
 use super::bvh::{Bounds, Probe, Tree, any, closest};
 use super::mesh::Mesh;
-use super::sphere::Sphere;
 use super::surface::SurfacePoint;
 use super::triangle::{Packet, Sheared};
 use crate::math::{Ray, Transform, Vec2, Vec3};
@@ -24,8 +24,8 @@ pub struct Hit {
 
 /// `instance` of a hit on geometry that stands in the world itself.
 const WORLD: u32 = u32::MAX;
-/// Set in `primitive` for spheres.
-const SPHERE: u32 = 1 << 31;
+/// Set in `primitive` for surfaces given by a formula.
+const ANALYTIC: u32 = 1 << 31;
 
 /// Shapes with one tree over them.
 #[derive(Clone, Debug, Default)]
@@ -36,8 +36,8 @@ pub struct Group {
     triangle_tree: Tree,
     /// One for each leaf of the triangle tree, which names it.
     packets: Vec<Packet>,
-    spheres: Vec<(Sphere, ShapeId)>,
-    sphere_tree: Tree,
+    analytic: Vec<(Analytic, ShapeId)>,
+    analytic_tree: Tree,
 }
 
 /// Triangles in a leaf: one packet.
@@ -50,7 +50,7 @@ fn only(items: &[u32]) -> usize {
 
 impl Group {
     /// Builds the trees. Degenerate triangles may be among them: no ray meets one.
-    pub fn build(meshes: Vec<(Mesh, ShapeId)>, spheres: Vec<(Sphere, ShapeId)>) -> Self {
+    pub fn build(meshes: Vec<(Mesh, ShapeId)>, analytic: Vec<(Analytic, ShapeId)>) -> Self {
         let mut triangles = Vec::new();
         for (m, (mesh, _)) in meshes.iter().enumerate() {
             triangles.extend((0..mesh.triangles.len()).map(|t| (m as u32, t as u32)));
@@ -63,17 +63,14 @@ impl Group {
             packets.push(Packet::new(&lanes));
             packets.len() - 1
         });
-        let balls: Vec<Bounds> = spheres
-            .iter()
-            .map(|(s, _)| Bounds { lower: s.centre - Vec3::splat(s.radius), upper: s.centre + Vec3::splat(s.radius) })
-            .collect();
-        let sphere_tree = Tree::build(&balls, 1, only);
-        Self { meshes, triangles, triangle_tree, packets, spheres, sphere_tree }
+        let boxes: Vec<Bounds> = analytic.iter().map(|(surface, _)| surface.bounds().widened(rounding(surface.size()))).collect();
+        let analytic_tree = Tree::build(&boxes, 1, only);
+        Self { meshes, triangles, triangle_tree, packets, analytic, analytic_tree }
     }
 
     /// Bounds of all shapes.
     pub fn bounds(&self) -> Bounds {
-        self.triangle_tree.bounds().union(self.sphere_tree.bounds())
+        self.triangle_tree.bounds().union(self.analytic_tree.bounds())
     }
 
     #[inline]
@@ -97,12 +94,12 @@ impl Group {
                 None => limit,
             });
         }
-        if !self.spheres.is_empty() {
+        if !self.analytic.is_empty() {
             let start = reach;
-            closest(&self.sphere_tree, &probe, start, |leaf, limit| {
-                match self.spheres[leaf as usize].0.intersect(&Ray { reach: limit, ..*ray }) {
+            closest(&self.analytic_tree, &probe, start, |leaf, limit| {
+                match self.analytic[leaf as usize].0.intersect(&Ray { reach: limit, ..*ray }) {
                     Some(t) => {
-                        offer(t, leaf | SPHERE, [0.0; 2]);
+                        offer(t, leaf | ANALYTIC, [0.0; 2]);
                         reach = reach.min(t);
                         t
                     }
@@ -122,18 +119,18 @@ impl Group {
                 return true;
             }
         }
-        !self.spheres.is_empty() && any(&self.sphere_tree, &probe, ray.reach, |leaf| self.spheres[leaf as usize].0.intersect(ray).is_some())
+        !self.analytic.is_empty()
+            && any(&self.analytic_tree, &probe, ray.reach, |leaf| self.analytic[leaf as usize].0.intersect(ray).is_some())
     }
 
     /// The surface point in the group's own frame; `error` is filled in, `t` and the position along an instance's transform are not.
     #[inline]
     fn point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        if hit.primitive & SPHERE != 0 {
-            let (sphere, shape) = &self.spheres[(hit.primitive & !SPHERE) as usize];
-            let normal = (ray.origin + ray.direction * hit.t - sphere.centre).normalize();
-            let position = sphere.centre + normal * sphere.radius;
-            let error = rounding(sphere.centre.abs().max_element() + sphere.radius);
-            return SurfacePoint { position, error, normal, shading_normal: normal, uv: Vec2::ZERO, t: hit.t, shape: *shape, hit: *hit };
+        if hit.primitive & ANALYTIC != 0 {
+            let (surface, shape) = &self.analytic[(hit.primitive & !ANALYTIC) as usize];
+            let Place { position, normal, uv } = surface.place(ray.origin + ray.direction * hit.t);
+            let error = rounding(surface.size());
+            return SurfacePoint { position, error, normal, shading_normal: normal, uv, t: hit.t, shape: *shape, hit: *hit };
         }
         let (m, t) = self.triangles[hit.primitive as usize];
         let (mesh, shape) = &self.meshes[m as usize];
@@ -157,12 +154,7 @@ impl Group {
                 normal
             }
         };
-        let uv = if mesh.uvs.is_empty() {
-            Vec2::new(v, w)
-        } else {
-            let [ua, ub, uc] = corners.map(|k| mesh.uvs[k as usize]);
-            ua * u + ub * v + uc * w
-        };
+        let uv = mesh.uv(t as usize, hit.barycentric);
         SurfacePoint { position, error, normal, shading_normal, uv, t: hit.t, shape: *shape, hit: *hit }
     }
 }
@@ -196,8 +188,8 @@ pub struct World {
 pub struct WorldBuilder {
     /// Meshes in world space.
     pub meshes: Vec<(Mesh, ShapeId)>,
-    /// Spheres in world space.
-    pub spheres: Vec<(Sphere, ShapeId)>,
+    /// Surfaces given by a formula, in world space.
+    pub analytic: Vec<(Analytic, ShapeId)>,
     /// Groups to be instanced.
     pub groups: Vec<Group>,
     /// Placed groups; a group inside a group is placed by the product of their transforms.
@@ -217,7 +209,7 @@ impl WorldBuilder {
             })
             .collect();
         let instance_tree = Tree::build(&boxes, 1, only);
-        World { own: Group::build(self.meshes, self.spheres), groups: self.groups, instances: self.instances, instance_tree }
+        World { own: Group::build(self.meshes, self.analytic), groups: self.groups, instances: self.instances, instance_tree }
     }
 }
 
@@ -289,10 +281,11 @@ impl World {
     pub fn partials(&self, surface: &SurfacePoint) -> (Vec3, Vec3) {
         let hit = &surface.hit;
         if hit.instance == WORLD {
-            return self.own.partials(surface);
+            return self.own.partials(hit, surface.position);
         }
         let instance = &self.instances[hit.instance as usize];
-        let (du, dv) = self.groups[instance.group as usize].partials(surface);
+        let position = instance.to_world.point_back(surface.position);
+        let (du, dv) = self.groups[instance.group as usize].partials(hit, position);
         (instance.to_world.vector(du), instance.to_world.vector(dv))
     }
 
@@ -305,10 +298,9 @@ impl World {
 }
 
 impl Group {
-    fn partials(&self, surface: &SurfacePoint) -> (Vec3, Vec3) {
-        let hit = &surface.hit;
-        if hit.primitive & SPHERE != 0 {
-            return (Vec3::ZERO, Vec3::ZERO);
+    fn partials(&self, hit: &Hit, position: Vec3) -> (Vec3, Vec3) {
+        if hit.primitive & ANALYTIC != 0 {
+            return self.analytic[(hit.primitive & !ANALYTIC) as usize].0.partials(position);
         }
         let (m, t) = self.triangles[hit.primitive as usize];
         let mesh = &self.meshes[m as usize].0;
@@ -325,17 +317,12 @@ impl Group {
     }
 
     fn colour(&self, hit: &Hit) -> Vec3 {
-        if hit.primitive & SPHERE != 0 {
+        if hit.primitive & ANALYTIC != 0 {
             return Vec3::ONE;
         }
         let (m, t) = self.triangles[hit.primitive as usize];
         let mesh = &self.meshes[m as usize].0;
-        if mesh.colours.is_empty() {
-            return Vec3::ONE;
-        }
-        let [a, b, c] = mesh.triangles[t as usize].map(|k| mesh.colours[k as usize]);
-        let [v, w] = hit.barycentric;
-        a * (1.0 - v - w) + b * v + c * w
+        mesh.colour(t as usize, hit.barycentric)
     }
 }
 

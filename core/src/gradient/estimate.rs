@@ -136,7 +136,7 @@ fn connected(
             let light_density = scene.lights.density(shifted.position, &joint.point) * shifted.lobe_probability;
             if light_density > 0.0 {
                 let evaluation = shifted.evaluate(scene, wi);
-                let passage = if evaluation.value.is_black() {
+                let passage = if evaluation.is_none() {
                     Passage::BLOCKED
                 } else {
                     known.unwrap_or_else(|| {

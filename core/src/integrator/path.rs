@@ -49,7 +49,7 @@ impl Integrator for PathIntegrator {
             if !vertex.delta
                 && let Some(joint) = self.next_event(scene, &vertex, k, stream)
             {
-                out.rays += u32::from(!joint.evaluation.value.is_black());
+                out.rays += u32::from(!joint.evaluation.is_none());
                 out.joints.push(joint);
             }
             let Some(scatter) = vertex.sample(scene, choice, stream.pair(Dimension::direction(k))) else {
@@ -108,7 +108,7 @@ impl PathIntegrator {
         let wi = if point.infinite { point.position } else { (point.position - vertex.position).normalize() };
         let evaluation = vertex.evaluate(scene, wi);
         let radiance = scene.lights.radiance(&point, vertex.position);
-        let passage = if evaluation.value.is_black() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &point) };
+        let passage = if evaluation.is_none() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &point) };
         Some(Joint {
             vertex: k as u32,
             strategy: Strategy::NextEvent,

@@ -1,8 +1,9 @@
 //! Lights without extent: points, spots and parallel light. Only sampling finds them.
 
 use super::LightPoint;
-use crate::math::{PI, Vec2, Vec3};
+use crate::math::{PI, Vec3};
 use crate::spectrum::Spectrum;
+use crate::texture::TexturePoint;
 
 /// Light from one point, the same in all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,7 +126,7 @@ impl DirectionalLight {
 #[inline]
 fn place(light: u32, position: Vec3) -> LightPoint {
     let error = position.abs().max_element() * (4.0 * f32::EPSILON);
-    LightPoint { light, position, error, normal: Vec3::ZERO, uv: Vec2::ZERO, infinite: false, delta: true }
+    LightPoint { light, position, error, normal: Vec3::ZERO, at: TexturePoint::default(), infinite: false, delta: true }
 }
 
 /// Radians of an angle in degrees.

@@ -1,9 +1,10 @@
 //! Light from infinitely far away, from an equirectangular image.
 
 use super::LightPoint;
-use crate::math::{Frame, PI, Vec2, Vec3, sin_cos};
+use crate::math::{Frame, PI, Vec3, sin_cos};
 use crate::sampling::Discrete;
 use crate::spectrum::Spectrum;
+use crate::texture::TexturePoint;
 
 /// An environment image: in its own frame +Y is up and at the top row, −Z in the middle, +X a quarter to the right of it.
 #[derive(Clone, Debug)]
@@ -81,7 +82,8 @@ impl ImageEnvironment {
         let (sin_phi, cos_phi) = sin_cos(2.0 * PI * ((x as f32 + s) / self.width as f32 - 0.5));
         let (sin_theta, cos_theta) = sin_cos(PI * (y as f32 + t) / self.height as f32);
         let position = self.axes.to_world(Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)).normalize();
-        let point = LightPoint { light, position, error: 0.0, normal: Vec3::ZERO, uv: Vec2::ZERO, infinite: true, delta: false };
+        let point =
+            LightPoint { light, position, error: 0.0, normal: Vec3::ZERO, at: TexturePoint::default(), infinite: true, delta: false };
         // By the direction itself, so that asking again gives the same.
         let density = self.density(position);
         (density > 0.0).then_some((point, density))

@@ -1,23 +1,30 @@
 //! What emits light, and how a point of it is chosen.
 
 mod area;
+mod choice;
 mod concentrated;
 mod environment;
 mod image;
+mod sky;
+mod tree;
 
 pub use area::{AreaLight, Emitter};
 pub use concentrated::{DirectionalLight, Falloff, PointLight, SpotLight, radians};
 pub use environment::Environment;
 pub use image::ImageEnvironment;
+pub use sky::Sky;
 
-use crate::math::{Vec2, Vec3};
-use crate::sampling::Discrete;
+use crate::geometry::Bounds;
+use crate::math::{PI, Vec3};
 use crate::spectrum::Spectrum;
+use crate::texture::{ColourInput, TexturePoint};
+use choice::Choice;
+use tree::Reach;
 
 /// A light.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// The front of a surface.
+    /// A surface.
     Area(AreaLight),
     /// One point.
     Point(PointLight),
@@ -42,8 +49,8 @@ pub struct LightPoint {
     pub error: f32,
     /// Unit normal of the emitting side; zero at infinity.
     pub normal: Vec3,
-    /// Texture coordinates, where it lies on a surface.
-    pub uv: Vec2,
+    /// Where textures are looked up, if it lies on a surface with any.
+    pub at: TexturePoint,
     /// Whether the point lies at infinity.
     pub infinite: bool,
     /// Whether the light is concentrated in this point or direction, so that no ray finds it by chance. Its density is then the
@@ -64,16 +71,21 @@ pub struct LightSample {
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     lights: Vec<Light>,
-    choice: Option<Discrete>,
+    choice: Option<Choice>,
     environment: Option<u32>,
 }
 
 impl Lights {
-    /// From lights; `radius` is that of a sphere around the scene. Lights are chosen in proportion to their power.
+    /// From lights; `radius` is that of a sphere around the scene. A few are chosen in proportion to their power, many by a tree.
     pub fn new(lights: Vec<Light>, radius: f32) -> Self {
-        let weights: Vec<f32> = lights.iter().map(|l| l.power(radius)).collect();
+        Self::choosing(lights, radius, choice::TREE_FROM)
+    }
+
+    /// The same with a tree from this many lights on.
+    pub(crate) fn choosing(lights: Vec<Light>, radius: f32, tree_from: usize) -> Self {
+        let weights: Vec<(f32, Option<Reach>)> = lights.iter().map(|light| (light.power(radius), light.reach())).collect();
         let environment = lights.iter().position(|l| matches!(l, Light::Environment(_) | Light::Image(_))).map(|k| k as u32);
-        Self { choice: Discrete::new(&weights), lights, environment }
+        Self { choice: Choice::new(&weights, tree_from), lights, environment }
     }
 
     /// Number of lights.
@@ -90,14 +102,14 @@ impl Lights {
     #[inline]
     pub fn sample(&self, from: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<LightSample> {
         let lights = self.choice.as_ref()?;
-        let (index, probability, _) = if self.lights.len() == 1 { (0, 1.0, 0.0) } else { lights.sample(choice()) };
-        let (point, density) = match &self.lights[index] {
-            Light::Area(light) => light.sample(index as u32, from, u)?,
-            Light::Point(light) => (light.point(index as u32), 1.0),
-            Light::Spot(light) => (light.point(index as u32), 1.0),
-            Light::Directional(light) => (light.point(index as u32), 1.0),
-            Light::Environment(light) => light.sample(index as u32, u),
-            Light::Image(light) => light.sample(index as u32, u)?,
+        let (index, probability) = if self.lights.len() == 1 { (0, 1.0) } else { lights.sample(from, choice())? };
+        let (point, density) = match &self.lights[index as usize] {
+            Light::Area(light) => light.sample(index, from, u)?,
+            Light::Point(light) => (light.point(index), 1.0),
+            Light::Spot(light) => (light.point(index), 1.0),
+            Light::Directional(light) => (light.point(index), 1.0),
+            Light::Environment(light) => light.sample(index, u),
+            Light::Image(light) => light.sample(index, u)?,
         };
         Some(LightSample { point, density: density * probability })
     }
@@ -112,26 +124,26 @@ impl Lights {
             Light::Environment(light) => light.density(),
             Light::Image(light) => light.density(point.position),
         };
-        density * choice.probability(point.light as usize)
+        if density > 0.0 { density * choice.probability(from, point.light) } else { 0.0 }
     }
 
     /// Radiance that leaves the point towards `from`; of lights without extent what arrives there [W·m⁻²].
     #[inline]
     pub fn radiance(&self, point: &LightPoint, from: Vec3) -> Spectrum {
         match &self.lights[point.light as usize] {
-            Light::Area(light) => {
-                if (from - point.position).dot(point.normal) > 0.0 {
-                    light.radiance
-                } else {
-                    Spectrum::BLACK
-                }
-            }
+            Light::Area(light) => light.radiance(point, from),
             Light::Point(light) => light.received(from),
             Light::Spot(light) => light.received(from),
             Light::Directional(light) => light.irradiance,
             Light::Environment(light) => light.radiance,
             Light::Image(light) => light.radiance(point.position),
         }
+    }
+
+    /// Whether the radiance of a light varies over its surface.
+    #[inline]
+    pub fn is_textured(&self, light: u32) -> bool {
+        matches!(&self.lights[light as usize], Light::Area(AreaLight { radiance: ColourInput::Texture(_), .. }))
     }
 
     /// The environment seen in a direction, as a light point.
@@ -142,7 +154,7 @@ impl Lights {
             position: direction.normalize(),
             error: 0.0,
             normal: Vec3::ZERO,
-            uv: Vec2::ZERO,
+            at: TexturePoint::default(),
             infinite: true,
             delta: false,
         })
@@ -153,12 +165,41 @@ impl Light {
     /// Emitted power [W], up to a constant shared by all lights.
     fn power(&self, radius: f32) -> f32 {
         match self {
-            Light::Area(light) => light.radiance.mean() * light.emitter.area(),
+            Light::Area(light) => light.power(),
             Light::Point(light) => light.power(),
             Light::Spot(light) => light.power(),
             Light::Directional(light) => light.power(radius),
-            Light::Environment(light) => light.radiance.mean() * 4.0 * crate::math::PI * radius * radius,
+            Light::Environment(light) => light.radiance.mean() * 4.0 * PI * radius * radius,
             Light::Image(light) => light.power(radius),
         }
+    }
+
+    /// Where it lies and which way it shines; `None` at infinity, or without power.
+    fn reach(&self) -> Option<Reach> {
+        let point = |position| Bounds { lower: position, upper: position };
+        let reach = match self {
+            Light::Area(light) => light.reach(),
+            Light::Point(light) => Reach::everywhere(point(light.position), light.intensity.mean()),
+            Light::Spot(light) => Reach {
+                bounds: point(light.position),
+                axis: light.axis,
+                spread: light.inner,
+                falloff: light.outer - light.inner,
+                intensity: light.intensity.mean(),
+            },
+            Light::Directional(_) | Light::Environment(_) | Light::Image(_) => return None,
+        };
+        (reach.intensity > 0.0 && reach.intensity.is_finite()).then_some(reach)
+    }
+}
+
+#[cfg(test)]
+impl Lights {
+    fn choose(&self, from: Vec3, u: f32) -> Option<(u32, f32)> {
+        self.choice.as_ref()?.sample(from, u)
+    }
+
+    fn probability(&self, from: Vec3, light: u32) -> f32 {
+        self.choice.as_ref().map_or(0.0, |choice| choice.probability(from, light))
     }
 }

@@ -16,6 +16,12 @@ pub struct Evaluation {
 impl Evaluation {
     /// No scattering.
     pub const NONE: Evaluation = Evaluation { value: Spectrum::BLACK, density: 0.0 };
+
+    /// Whether it is worth nothing and never sampled. What is black but sampled still competes with other ways to the same path.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.density <= 0.0 && self.value.is_black()
+    }
 }
 
 /// A sampled direction.

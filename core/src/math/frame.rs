@@ -14,6 +14,9 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The axes of the world.
+    pub const WORLD: Frame = Frame { tangent: Vec3::X, bitangent: Vec3::Y, normal: Vec3::Z };
+
     /// A frame around a unit normal, without a singularity that matters in f32.
     ///
     /// # Source

@@ -9,11 +9,13 @@ use super::description::{self, Colour, Geometry, SceneDescription};
 use super::error::{Error, ErrorKind};
 use super::mesh::{self, MeshFormat};
 use super::runtime::{Boundary, Scene, Shape};
-use crate::geometry::{Group, Instance, Mesh, ShapeId, Sphere, WorldBuilder};
+use crate::geometry::{Analytic, Group, Instance, Mesh, ShapeId, WorldBuilder};
 use crate::light::{AreaLight, Emitter, Light, Lights};
 use crate::math::{Transform, Vec2, Vec3};
 use crate::spectrum::Spectrum;
+use crate::texture::ColourInput;
 
+mod analytic;
 mod camera;
 mod light;
 mod material;
@@ -42,7 +44,7 @@ impl Scene {
                 compiler.place(&instance.of, shape.to_world.matrix(), &groups, &path, &mut builder.instances)?;
             } else {
                 let shape = compiler.shape(shape, &path)?;
-                shape.put(&mut builder.meshes, &mut builder.spheres);
+                shape.put(&mut builder.meshes, &mut builder.analytic);
             }
         }
         let world = builder.build();
@@ -64,14 +66,14 @@ impl Scene {
 /// A shape's geometry in the frame of the world or its group.
 enum Placed {
     Mesh(Mesh, ShapeId),
-    Sphere(Sphere, ShapeId),
+    Analytic(Analytic, ShapeId),
 }
 
 impl Placed {
-    fn put(self, meshes: &mut Vec<(Mesh, ShapeId)>, spheres: &mut Vec<(Sphere, ShapeId)>) {
+    fn put(self, meshes: &mut Vec<(Mesh, ShapeId)>, analytic: &mut Vec<(Analytic, ShapeId)>) {
         match self {
             Placed::Mesh(mesh, id) => meshes.push((mesh, id)),
-            Placed::Sphere(sphere, id) => spheres.push((sphere, id)),
+            Placed::Analytic(surface, id) => analytic.push((surface, id)),
         }
     }
 }
@@ -108,13 +110,13 @@ impl<'a> Compiler<'a> {
     fn groups(&mut self, builder: &mut WorldBuilder) -> Result<BTreeMap<&'a str, u32>, Error> {
         let mut numbers = BTreeMap::new();
         for (name, shapes) in &self.description.groups {
-            let (mut meshes, mut spheres) = (Vec::new(), Vec::new());
+            let (mut meshes, mut analytic) = (Vec::new(), Vec::new());
             for (index, shape) in shapes.iter().enumerate().filter(|(_, shape)| !matches!(shape.geometry, Geometry::Instance(_))) {
-                self.shape(shape, &format!("groups.{name}[{index}]"))?.put(&mut meshes, &mut spheres);
+                self.shape(shape, &format!("groups.{name}[{index}]"))?.put(&mut meshes, &mut analytic);
             }
-            if !meshes.is_empty() || !spheres.is_empty() {
+            if !meshes.is_empty() || !analytic.is_empty() {
                 numbers.insert(name.as_str(), builder.groups.len() as u32);
-                builder.groups.push(Group::build(meshes, spheres));
+                builder.groups.push(Group::build(meshes, analytic));
             }
         }
         Ok(numbers)
@@ -135,23 +137,12 @@ impl<'a> Compiler<'a> {
 
     /// One shape that is no instance: its geometry, its entry in the table, its light.
     fn shape(&mut self, shape: &'a description::Shape, path: &str) -> Result<Placed, Error> {
-        let matrix = shape.to_world.matrix();
-        let to_world = transform(matrix, &format!("{path}.to_world"))?;
+        let to_world = transform(shape.to_world.matrix(), &format!("{path}.to_world"))?;
         let id = ShapeId(self.shapes.len() as u32);
-        let placed = match &shape.geometry {
-            Geometry::Sphere(sphere) => {
-                // Checked to scale evenly, so any column tells the scale.
-                let scale = matrix.x_axis.truncate().length();
-                let centre = matrix.transform_point3(sphere.center.into()).as_vec3();
-                let radius = (sphere.radius * scale) as f32;
-                if !(centre.is_finite() && radius.is_finite() && radius > 0.0) {
-                    let found = format!("a sphere at {centre} of radius {radius}");
-                    return Err(Error::new(ErrorKind::Invalid, DESCRIPTION, path, found, "one that single precision can hold"));
-                }
-                Placed::Sphere(Sphere { centre, radius }, id)
-            }
-            Geometry::Disk | Geometry::Cylinder(_) => return Err(unsupported(&format!("{path}.geometry"), "a disk or a cylinder")),
-            geometry => {
+        let placed = match analytic::compile(self.description, shape, &to_world, path)? {
+            Some(surface) => Placed::Analytic(surface, id),
+            None => {
+                let geometry = &shape.geometry;
                 let mut mesh = self.mesh(geometry)?.transformed(&to_world);
                 if shape.flip_normals {
                     mesh = mesh.flipped();
@@ -177,17 +168,16 @@ impl<'a> Compiler<'a> {
 
     fn light(&mut self, shape: &description::Shape, placed: &Placed, path: &str) -> Result<Option<u32>, Error> {
         let Some(emission) = shape.emission.as_ref().filter(|emission| !emission.radiance.is_black()) else { return Ok(None) };
-        let radiance = emission.radiance.constant().filter(|_| !emission.two_sided);
-        let radiance = radiance.ok_or_else(|| unsupported(&format!("{path}.emission"), "a texture, or light from both sides"))?;
+        let radiance = texture::colour(&emission.radiance, self.textures);
         let emitter = match placed {
-            Placed::Sphere(sphere, _) => Some(Emitter::Sphere(*sphere)),
-            Placed::Mesh(mesh, _) => Emitter::from_mesh(mesh),
+            Placed::Analytic(surface, _) => Some(Emitter::Analytic(*surface)),
+            Placed::Mesh(mesh, _) => Emitter::from_mesh(mesh, matches!(radiance, ColourInput::Texture(_))),
         };
         let emitter = emitter.ok_or_else(|| {
             let path = format!("{path}.emission");
             Error::new(ErrorKind::Invalid, DESCRIPTION, &path, "emission from a surface without area", "a surface with some area")
         })?;
-        self.lights.push(Light::Area(AreaLight { radiance: spectrum(*radiance), emitter }));
+        self.lights.push(Light::Area(AreaLight { radiance, two_sided: emission.two_sided, emitter }));
         Ok(Some(self.lights.len() as u32 - 1))
     }
 

@@ -117,7 +117,7 @@ impl Scene {
             position: surface.position,
             error: surface.error,
             normal: surface.normal,
-            uv: surface.uv,
+            at: if self.lights.is_textured(light) { self.texture_point(surface) } else { TexturePoint::default() },
             infinite: false,
             delta: false,
         })

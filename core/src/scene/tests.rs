@@ -100,12 +100,6 @@ const FAULTS: &[(&str, &str, ErrorKind, &[&str])] = &[
         ErrorKind::Invalid,
         &["groups.ball[0].to_world", "evenly"],
     ),
-    (
-        r#"{ "radius": 0.5 } }"#,
-        r#"{ "radius": 0.5 } }, "flip_normals": true"#,
-        ErrorKind::Unsupported,
-        &["groups.ball[0].flip_normals", "outside"],
-    ),
     (r#""of": "ball" }"#, r#""of": "balls" }"#, ErrorKind::Invalid, &["groups.balls", "balls → balls"]),
     (
         r#""material": "glass" }]"#,

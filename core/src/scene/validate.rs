@@ -206,7 +206,6 @@ impl Check<'_> {
         }
         let unturnable = match &shape.geometry {
             Geometry::Instance(_) => Some("false: the group's shapes say it themselves"),
-            Geometry::Sphere(_) => Some("false: a sphere's front is its outside; for a glass shell swap the indices of refraction"),
             _ => None,
         };
         if let Some(expected) = unturnable.filter(|_| shape.flip_normals) {

@@ -61,6 +61,12 @@ pub enum ColourInput {
     Texture(Arc<Texture>),
 }
 
+impl From<Spectrum> for ColourInput {
+    fn from(colour: Spectrum) -> Self {
+        ColourInput::Constant(colour)
+    }
+}
+
 impl ColourInput {
     /// The colour at a point.
     #[inline]

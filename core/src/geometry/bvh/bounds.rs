@@ -26,6 +26,11 @@ impl Bounds {
         Bounds { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) }
     }
 
+    /// The box that reaches this much further on every side.
+    pub fn widened(self, by: f32) -> Self {
+        Self { lower: self.lower - Vec3::splat(by), upper: self.upper + Vec3::splat(by) }
+    }
+
     /// The corners.
     pub fn corners(self) -> [Vec3; 8] {
         std::array::from_fn(|k| {

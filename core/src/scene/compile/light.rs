@@ -1,7 +1,7 @@
 //! Lights that are no surfaces.
 
-use super::{DESCRIPTION, spectrum, unsupported};
-use crate::light::{DirectionalLight, Environment, Falloff, ImageEnvironment, Light, PointLight, SpotLight, radians};
+use super::{DESCRIPTION, spectrum};
+use crate::light::{DirectionalLight, Environment, Falloff, ImageEnvironment, Light, PointLight, Sky, SpotLight, radians};
 use crate::math::{Frame, Vec3};
 use crate::scene::assets::Assets;
 use crate::scene::description::{self, Colour, EnvironmentImage, SceneDescription};
@@ -14,10 +14,12 @@ use crate::texture::{Texels, srgb_to_linear};
 pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Vec<Light>, Error> {
     let mut lights: Vec<Light> = description.lights.iter().filter(|light| !emits(light).is_black()).map(one).collect();
     if let Some(environment) = description.environment.as_ref().filter(|environment| !environment.is_black()) {
-        match (environment.radiance, &environment.image) {
-            (Some(radiance), _) => lights.push(Light::Environment(Environment { radiance: spectrum(radiance) })),
-            (None, Some(image)) => lights.extend(image_environment(image, assets)?),
-            (None, None) => return Err(unsupported("environment", "a sky")),
+        if let Some(radiance) = environment.radiance {
+            lights.push(Light::Environment(Environment { radiance: spectrum(radiance) }));
+        } else if let Some(image) = &environment.image {
+            lights.extend(image_environment(image, assets)?);
+        } else if let Some(sky) = &environment.sky {
+            lights.extend(self::sky(sky)?);
         }
     }
     Ok(lights)
@@ -74,20 +76,32 @@ fn image_environment(image: &EnvironmentImage, assets: &dyn Assets) -> Result<Op
         let found = format!("a texel of radiance {:?}, number {place}", texels[place].to_rgb());
         return Err(Error::new(ErrorKind::Invalid, &image.file, "", found, "finite radiance ≥ 0"));
     }
-    let matrix = image.to_world.matrix();
+    let axes = axes(&image.to_world, "environment.image.to_world")?;
+    let environment = ImageEnvironment::new(pixels.width, pixels.height, texels, axes);
+    Ok(environment.map(|environment| Light::Image(Box::new(environment))))
+}
+
+/// The light of a sky and its sun; none where both are black.
+fn sky(sky: &description::Sky) -> Result<Option<Light>, Error> {
+    let axes = axes(&sky.to_world, "environment.sky.to_world")?;
+    let sky = Sky {
+        sun: glam::DVec3::from(sky.sun_direction).normalize().as_vec3(),
+        turbidity: sky.turbidity,
+        sky_scale: sky.sky_scale,
+        sun_scale: sky.sun_scale,
+    };
+    Ok(sky.environment(axes).map(|environment| Light::Image(Box::new(environment))))
+}
+
+/// World directions of the axes of an environment.
+fn axes(to_world: &description::Transform, path: &str) -> Result<Frame, Error> {
+    let matrix = to_world.matrix();
     let axis = |axis: glam::DVec4| axis.truncate().normalize_or_zero().as_vec3();
     let (x, y) = (axis(matrix.x_axis), axis(matrix.y_axis));
     let z: Vec3 = x.cross(y);
     if (x.dot(y)).abs() > 1e-3 || z.dot(axis(matrix.z_axis)) < 0.999 {
         let expected = "turns, moves and even scales";
-        return Err(Error::new(
-            ErrorKind::Invalid,
-            DESCRIPTION,
-            "environment.image.to_world",
-            "a transform that bends or mirrors",
-            expected,
-        ));
+        return Err(Error::new(ErrorKind::Invalid, DESCRIPTION, path, "a transform that bends or mirrors", expected));
     }
-    let environment = ImageEnvironment::new(pixels.width, pixels.height, texels, Frame { tangent: x, bitangent: y, normal: z });
-    Ok(environment.map(|environment| Light::Image(Box::new(environment))))
+    Ok(Frame { tangent: x, bitangent: y, normal: z })
 }

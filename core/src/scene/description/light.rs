@@ -114,7 +114,7 @@ pub struct EnvironmentImage {
     pub scale: Colour,
 }
 
-/// A clear daytime sky over a ground; +Y is up.
+/// A clear daytime sky over black ground; +Y is up. Its radiance is that of 1 nm of the spectrum [W·sr⁻¹·m⁻²·nm⁻¹], as in other renderers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sky {

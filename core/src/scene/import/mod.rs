@@ -3,22 +3,19 @@
 use super::assets::MadeAssets;
 use super::description::SceneDescription;
 
-#[cfg(test)]
-mod coverage;
 pub(super) mod gltf;
 pub(super) mod mitsuba;
 mod naming;
-pub(super) mod pbrt;
 mod spectra;
 mod xml;
 
 /// What an importer makes of a scene.
 #[derive(Clone, Debug)]
-pub struct Imported {
+pub(super) struct Imported {
     /// The scene in the native description.
-    pub description: SceneDescription,
+    pub(super) description: SceneDescription,
     /// Files that it refers to and that the importer made.
-    pub made: MadeAssets,
+    pub(super) made: MadeAssets,
     /// What was changed or left out, one sentence each.
-    pub report: Vec<String>,
+    pub(super) report: Vec<String>,
 }

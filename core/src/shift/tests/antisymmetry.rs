@@ -45,7 +45,7 @@ fn carry_joints(case: &Case, base: &mut Subpath, image: &mut Subpath) {
                 && light_density > 0.0
             {
                 let evaluation = vertex.evaluate(scene, wi);
-                let passage = if evaluation.value.is_black() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &joint.point) };
+                let passage = if evaluation.is_none() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &joint.point) };
                 let radiance = scene.lights.radiance(&joint.point, vertex.position);
                 base.joints.push(*joint);
                 image.joints.push(Joint { wi, evaluation, light_density, passage, radiance, ..*joint });

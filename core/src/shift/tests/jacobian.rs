@@ -14,6 +14,7 @@ use crate::sampling::warp::uniform_sphere;
 use crate::shift::{half_vector, reconnect};
 use crate::spectrum::Spectrum;
 use crate::testing::{Stage, diffuse, glass, metal};
+use crate::texture::TexturePoint;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// A sphere of directions around `centre`, one unit of solid angle per unit of area at its origin.
@@ -270,7 +271,7 @@ fn reconnections_have_their_determinant() {
             position: target.position,
             error: 1e-6,
             normal: target.normal,
-            uv: Vec2::ZERO,
+            at: TexturePoint::default(),
             infinite: false,
             delta: false,
         };
@@ -284,7 +285,14 @@ fn light_at_infinity_keeps_its_direction() {
     let scene = samples_of_matter();
     let mut chance = Chance { index: 0, place: 1 << 22 };
     let (base, offset) = (chance.vertex(&scene, DIFFUSE), chance.vertex(&scene, DIFFUSE));
-    let point =
-        LightPoint { light: 0, position: chance.direction(), error: 0.0, normal: Vec3::ZERO, uv: Vec2::ZERO, infinite: true, delta: false };
+    let point = LightPoint {
+        light: 0,
+        position: chance.direction(),
+        error: 0.0,
+        normal: Vec3::ZERO,
+        at: TexturePoint::default(),
+        infinite: true,
+        delta: false,
+    };
     assert_eq!(connect(&base, &offset, &point), Some((point.position, 1.0)));
 }
