@@ -142,3 +142,42 @@ fn the_example_settings_exist() {
     }
     assert_eq!(keys, help.matches("[env: GRADFARM_").count() + 1, "a setting is missing in deploy/coordinator.env");
 }
+
+/// A ball before a pbrt camera, with a mesh large enough to become a file of its own.
+fn pbrt() -> String {
+    let points: String = (0..40).map(|k| format!("{} {} {} ", k % 7, k % 5, k)).collect();
+    format!(
+        "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n\
+         Shape \"trianglemesh\" \"point3 P\" [{points}] \"integer indices\" [0 1 2 3 4 5]\nShape \"curve\"\n"
+    )
+}
+
+#[test]
+fn a_scene_of_another_renderer_becomes_a_native_one_beside_its_files() {
+    let (folder, _) = folder();
+    let (scene, json) = (folder.path().join("ball.pbrt"), folder.path().join("out/ball.json"));
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    std::fs::write(&scene, pbrt()).unwrap();
+    let arguments = ["import", scene.to_str().unwrap(), "-o", json.to_str().unwrap()];
+    let output = run(&arguments);
+    assert_code(&output, 0);
+    assert!(stderr(&output).contains("warning: line 6, Shape \"curve\": left out"), "{}", stderr(&output));
+    assert!(stdout(&output).contains("2 shapes, 1 materials") && stdout(&output).contains("1 file written"), "{}", stdout(&output));
+    assert!(folder.path().join("out/meshes/mesh.ply").is_file());
+    // The native scene is complete: it needs nothing of the old one.
+    std::fs::remove_file(&scene).unwrap();
+    assert_code(&run(&["plan", json.to_str().unwrap()]), 0);
+    std::fs::write(&scene, pbrt()).unwrap();
+    // The same again changes nothing and is no fault; something else in the way is.
+    assert_code(&run(&arguments), 0);
+    std::fs::write(&json, "mine").unwrap();
+    let refused = run(&arguments);
+    assert_code(&refused, 2);
+    assert!(stderr(&refused).contains("ball.json is there already; --force replaces it"), "{}", stderr(&refused));
+    assert_eq!(std::fs::read_to_string(&json).unwrap(), "mine");
+    assert_code(&run(&[&arguments[..], &["--force"]].concat()), 0);
+    assert!(std::fs::read_to_string(&json).unwrap().contains("\"version\": 1"));
+    let misnamed = run(&["import", scene.to_str().unwrap(), "-o", folder.path().join("a.xml").to_str().unwrap()]);
+    assert_code(&misnamed, 2);
+    assert!(stderr(&misnamed).contains("should end in .json"), "{}", stderr(&misnamed));
+}

@@ -83,7 +83,6 @@ const TRANSCENDENTAL: &[&str] = &[
     "cbrt",
     "hypot",
     "mul_add",
-    "rem_euclid",
     "div_euclid",
 ];
 

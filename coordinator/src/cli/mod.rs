@@ -6,6 +6,7 @@ mod compare;
 mod error;
 mod files;
 mod follow;
+mod import;
 mod local;
 mod options;
 mod plan;
@@ -64,6 +65,8 @@ enum Command {
     Plan(plan::Plan),
     /// Compare techniques at equal time
     Study(study::Study),
+    /// Turn a scene of another renderer into gradfarm JSON
+    Import(import::Import),
     /// Print the JSON Schema of scenes
     Schema(schema::Schema),
 }
@@ -93,6 +96,7 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Compare(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Study(command) => command.run(),
+        Command::Import(command) => command.run(),
         Command::Schema(command) => command.run(),
     }
 }

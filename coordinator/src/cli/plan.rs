@@ -20,7 +20,7 @@ Examples:
   gradfarm plan tests/scenes/cornell-box.json
   gradfarm plan scene.xml --technique gpt --json")]
 pub(super) struct Plan {
-    /// The scene: gradfarm JSON, or Mitsuba 3 XML
+    /// The scene: gradfarm JSON, Mitsuba XML, glTF or pbrt
     scene: PathBuf,
     #[command(flatten)]
     options: RenderOptions,

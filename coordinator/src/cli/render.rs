@@ -31,7 +31,7 @@ Examples:
   gradfarm render scene.xml -o a.exr --technique pt --samples 256 --size 640x480
   gradfarm render scene.json -o a.exr --json | jq .samples_per_second")]
 pub(super) struct Render {
-    /// The scene: gradfarm JSON, or Mitsuba 3 XML
+    /// The scene: gradfarm JSON, Mitsuba XML, glTF or pbrt
     scene: PathBuf,
     /// The image to write; its name ends in .exr
     #[arg(short, long, value_name = "OUT.exr")]

@@ -33,7 +33,7 @@ Examples:
   gradfarm study tests/scenes/cornell-box.json tests/scenes/hall.json tests/scenes/door-ajar.json
   gradfarm study scene.xml --samples 256 --reference-samples 65536 --json")]
 pub(super) struct Study {
-    /// Scenes: gradfarm JSON, or Mitsuba 3 XML
+    /// Scenes: gradfarm JSON, Mitsuba XML, glTF or pbrt
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
     /// Samples a pixel of path tracing, which set the time budget

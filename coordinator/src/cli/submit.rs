@@ -28,7 +28,7 @@ Examples:
   gradfarm submit scene.xml --wait -o image.exr
   job=$(gradfarm submit scene.json); gradfarm watch \"$job\"")]
 pub(super) struct Submit {
-    /// The scene: gradfarm JSON, or Mitsuba 3 XML
+    /// The scene: gradfarm JSON, Mitsuba XML, glTF or pbrt
     scene: PathBuf,
     #[command(flatten)]
     options: RenderOptions,

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::assets::{DirectoryAssets, MadeAssets, SceneAssets, read_bounded};
+use super::assets::{Assets, DirectoryAssets, MadeAssets, SceneAssets, read_bounded};
 use super::description::SceneDescription;
 use super::error::{Error, ErrorKind};
-use super::import::{Imported, gltf, mitsuba};
+pub use super::import::Imported;
+use super::import::{gltf, mitsuba, pbrt};
 
 /// A scene read from disk.
 #[derive(Clone, Debug)]
@@ -27,6 +28,8 @@ pub enum Format {
     Mitsuba,
     /// glTF 2.0, as JSON or as one binary file.
     Gltf,
+    /// pbrt's text, version 4.
+    Pbrt,
 }
 
 impl Format {
@@ -37,6 +40,7 @@ impl Format {
         match extension.as_str() {
             "xml" => return Some(Format::Mitsuba),
             "gltf" | "glb" => return Some(Format::Gltf),
+            "pbrt" => return Some(Format::Pbrt),
             _ => {}
         }
         if bytes.starts_with(gltf::MAGIC) {
@@ -78,15 +82,24 @@ pub fn load(path: impl AsRef<Path>) -> Result<Loaded, Error> {
         _ => Path::new(".").to_path_buf(),
     };
     let folder = DirectoryAssets::new(folder);
-    let Imported { description, made, report } = match format {
-        Format::Gltf => gltf::import(&bytes, &file, &folder)?,
-        Format::Mitsuba => mitsuba::import(&text(bytes, &file)?, &file, &folder)?,
-        Format::Native => {
-            let description = SceneDescription::from_json(&text(bytes, &file)?, &file)?;
-            Imported { description, made: MadeAssets::new(), report: Vec::new() }
-        }
-    };
+    let Imported { description, made, report } = read(format, bytes, &file, &folder)?;
     Ok(Loaded { description, assets: SceneAssets::new(folder, made), report })
+}
+
+/// Reads a scene of a known format from the bytes of its file; `file` is the name that errors carry, `assets` are the files beside it.
+///
+/// # Errors
+/// The scene, or a file that it is made of, is faulty.
+pub fn read(format: Format, bytes: Vec<u8>, file: &str, assets: &dyn Assets) -> Result<Imported, Error> {
+    match format {
+        Format::Gltf => gltf::import(&bytes, file, assets),
+        Format::Mitsuba => mitsuba::import(&text(bytes, file)?, file, assets),
+        Format::Pbrt => pbrt::import(&text(bytes, file)?, file, assets),
+        Format::Native => {
+            let description = SceneDescription::from_json(&text(bytes, file)?, file)?;
+            Ok(Imported { description, made: MadeAssets::new(), report: Vec::new() })
+        }
+    }
 }
 
 fn text(bytes: Vec<u8>, file: &str) -> Result<String, Error> {
@@ -96,7 +109,7 @@ fn text(bytes: Vec<u8>, file: &str) -> Result<String, Error> {
     })
 }
 
-const FORMATS: &str = "a native scene (.json), Mitsuba (.xml) or glTF (.gltf, .glb)";
+const FORMATS: &str = "a native scene (.json), Mitsuba (.xml), glTF (.gltf, .glb) or pbrt (.pbrt)";
 
 #[cfg(test)]
 mod tests {
@@ -105,6 +118,7 @@ mod tests {
     #[test]
     fn formats_are_told_by_name_and_else_by_content() {
         let of = |name: &str, bytes: &[u8]| Format::of(Path::new(name), bytes);
+        assert_eq!(of("a.PBRT", b""), Some(Format::Pbrt));
         assert_eq!(of("a.glb", b""), Some(Format::Gltf));
         assert_eq!(of("a", b"glTF\x02"), Some(Format::Gltf));
         assert_eq!(of("a.json", b"{\"asset\": {\"version\": \"2.0\"}}"), Some(Format::Gltf));

@@ -3,19 +3,22 @@
 use super::assets::MadeAssets;
 use super::description::SceneDescription;
 
+#[cfg(test)]
+mod coverage;
 pub(super) mod gltf;
 pub(super) mod mitsuba;
 mod naming;
+pub(super) mod pbrt;
 mod spectra;
 mod xml;
 
 /// What an importer makes of a scene.
 #[derive(Clone, Debug)]
-pub(super) struct Imported {
+pub struct Imported {
     /// The scene in the native description.
-    pub(super) description: SceneDescription,
+    pub description: SceneDescription,
     /// Files that it refers to and that the importer made.
-    pub(super) made: MadeAssets,
+    pub made: MadeAssets,
     /// What was changed or left out, one sentence each.
-    pub(super) report: Vec<String>,
+    pub report: Vec<String>,
 }

@@ -28,7 +28,7 @@ pub(super) struct Curve(pub(super) Vec<(f64, f64)>);
 
 impl Curve {
     /// The value at a wavelength [nm].
-    fn at(&self, wavelength: f64) -> f64 {
+    pub(super) fn at(&self, wavelength: f64) -> f64 {
         let after = self.0.partition_point(|(at, _)| *at < wavelength);
         match (after.checked_sub(1).and_then(|before| self.0.get(before)), self.0.get(after)) {
             (_, Some((at, value))) if *at == wavelength => *value,

@@ -10,6 +10,8 @@ use crate::scene::assets::{NoAssets, SceneAssets};
 use crate::scene::description::{Camera, Geometry, Input, Light, Material, Shape, Texture};
 use crate::scene::{Scene, load};
 
+mod coverage;
+
 /// A scene of one square of 2 × 2 metres at z = −5 with everything that a square can have, seen by a camera at the origin.
 fn square() -> Value {
     let mut bytes: Vec<u8> = Vec::new();
