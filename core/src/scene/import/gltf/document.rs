@@ -28,6 +28,7 @@ pub(super) struct Document {
     pub(super) buffer_views: Vec<BufferView>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) animations: Vec<Named>,
+    pub(super) skins: Vec<Skin>,
     pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
     pub(super) extensions: RootExtensions,
@@ -47,6 +48,15 @@ pub(super) struct Asset {
 #[serde(default)]
 pub(super) struct Named {
     pub(super) name: String,
+}
+
+/// Joints that meshes hang on.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Skin {
+    pub(super) name: String,
+    pub(super) joints: Vec<usize>,
+    pub(super) inverse_bind_matrices: Option<usize>,
 }
 
 /// A list of root nodes.

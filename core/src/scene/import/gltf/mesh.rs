@@ -18,7 +18,7 @@ use crate::scene::mesh::ply_binary;
 type Key = (usize, Option<usize>, Option<usize>, Option<usize>, Option<usize>, u32);
 
 /// The file of a mesh, and its least and greatest corner.
-type Written = (String, [DVec3; 2]);
+pub(super) type Written = (String, [DVec3; 2]);
 
 /// The meshes written so far.
 #[derive(Default)]
@@ -62,12 +62,34 @@ impl Importer {
             }
             _ => return Err(source.fault(ErrorKind::Malformed, &path, format!("mode {mode}"), "0 to 6")),
         };
-        let made = match mesh_read {
-            Some(mesh) => Some((self.write(source, &mesh, &written.name, &path)?, corners(&mesh))),
-            None => None,
-        };
+        let made = mesh_read.map(|mesh| self.keep(source, &mesh, &written.name, &path)).transpose()?;
         self.meshes.known.insert(key, made.clone());
         Ok(made)
+    }
+
+    /// The triangles of a primitive in its own frame, not kept; `None` where it draws none.
+    ///
+    /// # Errors
+    /// As [`mesh`](Self::mesh).
+    pub(super) fn triangles(&mut self, source: &Source<'_>, mesh: usize, primitive: usize, uv_set: usize) -> Result<Option<Mesh>, Error> {
+        let path = format!("meshes[{mesh}].primitives[{primitive}]");
+        let primitive = &source.document.meshes[mesh].primitives[primitive];
+        let attribute = |name: &str| primitive.attributes.get(name).copied();
+        let mode = primitive.mode.unwrap_or(4);
+        let Some(position) = attribute("POSITION").filter(|_| (4..=6).contains(&mode)) else { return Ok(None) };
+        let uvs = attribute(&format!("TEXCOORD_{uv_set}"));
+        let key = (position, attribute("NORMAL"), uvs, attribute("COLOR_0"), primitive.indices, mode);
+        let mesh = triangles(source, key, &path)?;
+        mesh.check().map_err(|fault| source.fault(ErrorKind::Malformed, &path, fault.to_string(), "a sound mesh"))?;
+        Ok((!mesh.triangles.is_empty()).then_some(mesh))
+    }
+
+    /// Writes a mesh into a file of its own.
+    ///
+    /// # Errors
+    /// The mesh is unsound, or all of them are too large.
+    pub(super) fn keep(&mut self, source: &Source<'_>, mesh: &Mesh, name: &str, path: &str) -> Result<Written, Error> {
+        Ok((self.write(source, mesh, name, path)?, corners(mesh)))
     }
 
     fn remark(&mut self, primitive: &Primitive, place: &str) {

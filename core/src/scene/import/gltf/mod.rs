@@ -16,6 +16,7 @@ mod light;
 mod material;
 mod mesh;
 mod node;
+mod skin;
 mod texture;
 
 use std::collections::BTreeSet;

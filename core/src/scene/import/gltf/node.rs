@@ -94,8 +94,11 @@ impl Walk {
         for mesh in visits.iter().filter_map(|(index, _)| document.nodes[*index].mesh) {
             *uses.entry(mesh).or_default() += 1;
         }
+        let mut globals = vec![None; document.nodes.len()];
+        visits.iter().for_each(|(index, to_world)| globals[*index] = Some(*to_world));
         for (index, to_world) in visits {
             self.node(source, importer, index, to_world, &uses)?;
+            self.skinned(source, importer, index, &globals)?;
         }
         Ok(())
     }
@@ -120,11 +123,8 @@ impl Walk {
         if let Some(light) = node.light() {
             self.lights.push(importer.light(source, light, to_world, &path)?);
         }
-        let Some(mesh) = node.mesh else { return Ok(()) };
+        let Some(mesh) = node.mesh.filter(|_| node.skin.is_none()) else { return Ok(()) };
         source.get(&source.document.meshes, mesh, &path, "meshes")?;
-        if node.skin.is_some() {
-            importer.note(format!("{place}: its skin is left out, the mesh has its bind pose"));
-        }
         let frames = match &node.extensions.instancing {
             Some(instancing) => copies(source, &instancing.attributes, &path)?.into_iter().map(|copy| to_world * copy).collect(),
             None => vec![to_world],
@@ -143,6 +143,37 @@ impl Walk {
             }
             self.place(&parts, frame, &node.name);
         }
+        Ok(())
+    }
+
+    /// Places a mesh that hangs on joints. Where its node stands has no bearing then, only where the joints do.
+    fn skinned(&mut self, source: &Source<'_>, importer: &mut Importer, index: usize, globals: &[Option<DMat4>]) -> Result<(), Error> {
+        let node = &source.document.nodes[index];
+        let (Some(mesh), Some(skin)) = (node.mesh, node.skin) else { return Ok(()) };
+        let path = format!("nodes[{index}]");
+        let written = source.get(&source.document.meshes, mesh, &path, "meshes")?;
+        let skin = source.get(&source.document.skins, skin, &path, "skins")?;
+        let matrices = skin.matrices(source, &path, globals)?;
+        let place = titled("nodes", index, &node.name);
+        importer.note(format!("{place}: its skin {:?} is drawn as its joints stand without animation", skin.name));
+        let mut parts = Parts { plain: Vec::new(), glowing: Vec::new(), bounds: NOWHERE };
+        for (k, primitive) in written.primitives.iter().enumerate() {
+            let path = format!("meshes[{mesh}].primitives[{k}]");
+            let coloured = primitive.attributes.contains_key("COLOR_0");
+            let Surface { material, emission, uv_set } = importer.surface(source, primitive.material, coloured, &path)?;
+            let Some((file, bounds)) = importer.posed(source, [mesh, k], uv_set, &matrices)? else {
+                importer.note(format!("{place}: a part of its mesh that hangs on no joint is left out"));
+                continue;
+            };
+            parts.bounds = [parts.bounds[0].min(bounds[0]), parts.bounds[1].max(bounds[1])];
+            let geometry = Geometry::Ply(MeshFile { file, normals: Normals::AsWritten });
+            parts.plain.push(Shape { material: Some(material), emission, ..bare(&written.name, geometry) });
+        }
+        if self.shapes.len() + parts.plain.len() > limits::SHAPES {
+            let expected = format!("at most {}", limits::SHAPES);
+            return Err(source.fault(ErrorKind::TooLarge, &path, "more shapes", expected));
+        }
+        self.place(&parts, DMat4::IDENTITY, &node.name);
         Ok(())
     }
 

@@ -190,6 +190,32 @@ fn faults_are_named() {
 }
 
 #[test]
+fn a_skin_stands_where_its_joints_do() {
+    let mut scene = with(&[
+        ("/skins", json!([{"joints": [2]}])),
+        ("/nodes/-", json!({"translation": [0, 7, 0]})),
+        ("/scenes/0/nodes", json!([0, 1, 2])),
+        ("/nodes/1/skin", json!(0)),
+        ("/meshes/0/primitives/0/attributes/WEIGHTS_0", json!(4)),
+        ("/meshes/0/primitives/0/attributes/JOINTS_0", json!(5)),
+    ]);
+    // The x of the first normal: four bytes of zeros.
+    scene["bufferViews"].as_array_mut().unwrap().push(json!({"buffer": 0, "byteOffset": 48, "byteLength": 4}));
+    scene["accessors"].as_array_mut().unwrap().push(json!({"bufferView": 5, "componentType": 5121, "count": 1, "type": "VEC4"}));
+    let message = read(&scene).unwrap_err().to_string();
+    assert!(message.contains("1 joints and 4 weights"), "{message}");
+    scene["accessors"][5] = json!({"componentType": 5121, "count": 4, "type": "VEC4", "sparse": {
+        "count": 1, "indices": {"bufferView": 5, "componentType": 5121}, "values": {"bufferView": 5}
+    }});
+    let imported = read(&scene).unwrap();
+    let shape = &imported.description.shapes[0];
+    assert!(shape.to_world.is_identity(), "its node at z = −5 has no bearing");
+    let lifted = mesh(&imported, shape).positions;
+    assert!((lifted[2] - crate::math::Vec3::new(1.0, 8.0, 0.0)).length() < 1e-6, "{lifted:?}");
+    assert!(imported.report.iter().any(|line| line.contains("skin")), "{:?}", imported.report);
+}
+
+#[test]
 fn a_mesh_that_names_missing_vertices_is_refused() {
     let mut scene = square();
     scene["accessors"][0]["count"] = json!(2);

@@ -27,7 +27,7 @@ fn table() -> Vec<Tried> {
         ("file", "extensionsUsed, unknown", vec![("/extensionsUsed", json!(["KHR_xmp"]))], LeftOut, ""),
         ("file", "animations", vec![("/animations", json!([{"name": "walk"}]))], LeftOut, "rest pose"),
         ("node", "matrix, translation, rotation, scale, children", vec![("/nodes/1/scale", json!([2, 2, -2])), ("/nodes/1/rotation", json!([0, 1, 0, 0]))], Honoured, ""),
-        ("node", "skin", vec![("/nodes/1/skin", json!(0))], LeftOut, "bind pose"),
+        ("node", "skin", vec![("/nodes/1/skin", json!(0)), ("/skins", json!([{"joints": [0]}])), ("/meshes/0/primitives/0/attributes/JOINTS_0", json!(4)), ("/meshes/0/primitives/0/attributes/WEIGHTS_0", json!(4))], Approximated, "as its joints stand"),
         ("node", "EXT_mesh_gpu_instancing", vec![("/nodes/1/extensions", json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}))], Honoured, "as instances"),
         ("mesh", "triangles, strips, fans", vec![("/meshes/0/primitives/0/mode", json!(5))], Honoured, "used twice: as instances"),
         ("mesh", "points, lines", vec![("/meshes/0/primitives/0/mode", json!(1))], LeftOut, ""),
