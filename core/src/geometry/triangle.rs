@@ -31,6 +31,9 @@ impl Packet {
     }
 }
 
+/// The axes of the ray's frame, by the longest component of its direction and whether that is negative: winding is kept.
+const AXES: [[[usize; 3]; 2]; 3] = [[[1, 2, 0], [2, 1, 0]], [[2, 0, 1], [0, 2, 1]], [[0, 1, 2], [1, 0, 2]]];
+
 /// A ray sheared so that it runs along +z.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sheared {
@@ -51,24 +54,19 @@ pub(crate) struct PacketHit {
 impl Sheared {
     #[inline]
     pub(crate) fn new(ray: &Ray) -> Self {
-        let d = ray.direction;
-        let a = d.abs();
-        let z = if a.x > a.y {
-            if a.x > a.z { 0 } else { 2 }
-        } else if a.y > a.z {
-            1
-        } else {
-            2
+        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+        let longest = match d.map(f32::abs) {
+            [x, y, z] if x > y && x > z => 0,
+            [_, y, z] if y > z => 1,
+            _ => 2,
         };
-        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        if d[z] < 0.0 {
-            std::mem::swap(&mut x, &mut y);
-        }
+        let axes = AXES[longest][usize::from(d[longest] < 0.0)];
+        let [x, y, z] = axes;
         let scale = 1.0 / d[z];
         Self {
-            axes: [x, y, z],
+            axes,
             shear: [Vec4::splat(d[x] * scale), Vec4::splat(d[y] * scale), Vec4::splat(scale)],
-            origin: [Vec4::splat(ray.origin[x]), Vec4::splat(ray.origin[y]), Vec4::splat(ray.origin[z])],
+            origin: [Vec4::splat(o[x]), Vec4::splat(o[y]), Vec4::splat(o[z])],
         }
     }
 

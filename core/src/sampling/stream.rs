@@ -81,6 +81,8 @@ pub struct SampleStream {
     pixel: u64,
     sample: u64,
     index: u32,
+    /// `index` with its bits reversed.
+    reversed: u32,
 }
 
 /// Dimensions below this are stratified over the samples of a pixel: pixel, lens, and the first two vertices.
@@ -94,16 +96,15 @@ impl SampleStream {
         let job = mix(key.seed ^ 0x5851_f42d_4c95_7f2d).wrapping_add(u64::from(key.frame).wrapping_mul(GOLDEN));
         let pixel = mix(mix(job) ^ (u64::from(key.x) | u64::from(key.y) << 32));
         let sample = mix(pixel.wrapping_add(u64::from(key.index).wrapping_mul(GOLDEN)));
-        Self { pixel, sample, index: key.index }
+        Self { pixel, sample, index: key.index, reversed: key.index.reverse_bits() }
     }
 
     /// One number in [0, 1).
     #[inline]
     pub fn number(&self, dimension: Dimension) -> f32 {
-        if dimension.0 < STRATIFIED && self.index < SOBOL_INDICES {
-            let seed = mix(self.pixel ^ u64::from(dimension.0 + 1).wrapping_mul(GOLDEN));
-            let index = shuffle(self.index, seed as u32);
-            return unit(owen(index.reverse_bits(), (seed >> 32) as u32));
+        if self.is_stratified(dimension) {
+            let seed = self.seed(dimension);
+            return unit(scramble(self.shuffled(seed), (seed >> 32) as u32).reverse_bits());
         }
         unit(self.hashed(dimension.0) as u32)
     }
@@ -111,14 +112,35 @@ impl SampleStream {
     /// Two numbers in [0, 1)².
     #[inline]
     pub fn pair(&self, dimension: Dimension) -> [f32; 2] {
-        if dimension.0 < STRATIFIED && self.index < SOBOL_INDICES {
-            let seed = mix(self.pixel ^ u64::from(dimension.0 + 1).wrapping_mul(GOLDEN));
-            let other = mix(seed);
-            let index = shuffle(self.index, seed as u32);
-            return [unit(owen(index.reverse_bits(), (seed >> 32) as u32)), unit(owen(sobol_second(index), other as u32))];
+        if self.is_stratified(dimension) {
+            let seed = self.seed(dimension);
+            let index = self.shuffled(seed);
+            let first = scramble(index, (seed >> 32) as u32);
+            let second = scramble(sobol_second(index), mix(seed) as u32);
+            // Both at once: the processor has no instruction for it.
+            let both = (u64::from(first) | u64::from(second) << 32).reverse_bits();
+            return [unit((both >> 32) as u32), unit(both as u32)];
         }
         let bits = self.hashed(dimension.0);
         [unit(bits as u32), unit((bits >> 32) as u32)]
+    }
+
+    #[inline]
+    fn is_stratified(&self, dimension: Dimension) -> bool {
+        dimension.0 < STRATIFIED && self.index < SOBOL_INDICES
+    }
+
+    /// The key of a dimension, the same for all samples of a pixel.
+    #[inline]
+    fn seed(&self, dimension: Dimension) -> u64 {
+        mix(self.pixel ^ u64::from(dimension.0 + 1).wrapping_mul(GOLDEN))
+    }
+
+    /// The index, permuted so that aligned blocks of 2ᵐ below 2¹⁶ map onto aligned blocks: prefixes stay stratified, pairs of
+    /// dimensions lose their correlation.
+    #[inline]
+    fn shuffled(&self, seed: u64) -> u32 {
+        scramble(self.reversed, seed as u32).reverse_bits() & (SOBOL_INDICES - 1)
     }
 
     #[inline]
@@ -147,28 +169,23 @@ fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Nested uniform scrambling of a binary fraction: the flip of each bit depends on the bits above it.
+/// Nested uniform scrambling of a binary fraction whose bits are reversed, the first one lowest: the flip of each bit depends
+/// on the bits before it.
 ///
 /// # Source
 /// Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020, after Laine and Karras, EGSR 2011; constants by Vegdahl.
 #[inline]
-fn owen(fraction: u32, seed: u32) -> u32 {
-    let mut x = fraction.reverse_bits();
+fn scramble(fraction: u32, seed: u32) -> u32 {
+    let mut x = fraction;
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
     x ^= x.wrapping_mul(0x0552_6c56);
-    x ^= x.wrapping_mul(0x53a2_2864);
-    x.reverse_bits()
+    x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// Permutes indices below 2¹⁶ so that aligned blocks of 2ᵐ map onto aligned blocks: prefixes stay stratified, pairs of dimensions lose their correlation.
-#[inline]
-fn shuffle(index: u32, seed: u32) -> u32 {
-    owen(index, seed) & (SOBOL_INDICES - 1)
-}
-
-/// Second dimension of the Sobol' sequence, by table over the two bytes of the index.
+/// Second dimension of the Sobol' sequence with its bits reversed, by table over the two bytes of the index. The first dimension
+/// is the index itself.
 #[inline]
 fn sobol_second(index: u32) -> u32 {
     SOBOL_LOW[(index & 0xff) as usize] ^ SOBOL_HIGH[(index >> 8 & 0xff) as usize]
@@ -191,7 +208,7 @@ const fn sobol_table(shift: u32) -> [u32; 256] {
             bits >>= 1;
             direction ^= direction >> 1;
         }
-        table[byte] = value;
+        table[byte] = value.reverse_bits();
         byte += 1;
     }
     table

@@ -18,13 +18,15 @@ pub(crate) struct Probe {
 impl Probe {
     #[inline]
     pub(crate) fn new(ray: &Ray) -> Self {
+        let (o, d) = (ray.origin, ray.direction.extend(1.0));
         // A finite stand-in for 1/0 keeps 0 · ∞ out of the slab test.
-        let inverse = |d: f32| if d.abs() > 1e-37 { 1.0 / d } else { 1e37f32.copysign(d) };
-        let (o, d) = (ray.origin, ray.direction);
+        let tiny = Vec4::splat(1e-37);
+        let inverse = Vec4::select(d.abs().cmpgt(tiny), d, tiny.copysign(d)).recip();
+        let signs = d.is_negative_bitmask() as usize;
         Self {
             origin: [Vec4::splat(o.x), Vec4::splat(o.y), Vec4::splat(o.z)],
-            inverse: [Vec4::splat(inverse(d.x)), Vec4::splat(inverse(d.y)), Vec4::splat(inverse(d.z))],
-            first: [d.x, d.y, d.z].map(|d| usize::from(d.is_sign_negative())),
+            inverse: [Vec4::splat(inverse.x), Vec4::splat(inverse.y), Vec4::splat(inverse.z)],
+            first: [signs & 1, signs >> 1 & 1, signs >> 2 & 1],
         }
     }
 
