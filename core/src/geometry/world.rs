@@ -124,7 +124,7 @@ impl Group {
     }
 
     /// The surface point in the group's own frame; `error` is filled in, `t` and the position along an instance's transform are not.
-    #[inline]
+    #[inline(always)]
     fn point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         if hit.primitive & ANALYTIC != 0 {
             let (surface, shape) = &self.analytic[(hit.primitive & !ANALYTIC) as usize];
@@ -250,7 +250,7 @@ impl World {
     }
 
     /// The surface at a hit of this ray, in world space.
-    #[inline]
+    #[inline(always)]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         if hit.instance == WORLD {
             return self.own.point(ray, hit);

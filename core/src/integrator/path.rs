@@ -31,7 +31,7 @@ impl Integrator for PathIntegrator {
         let (leg, arrival) = walk(scene, camera, scene.around, |i| stream.number(Dimension::leg(0, i)));
         out.camera = leg;
         out.direct = if scene.is_clear() { emitted(scene, &arrival, camera) } else { seen(scene, camera, scene.around) };
-        let Some(mut vertex) = Vertex::arrived(scene, &arrival, camera.direction, self.shift_threshold) else { return };
+        let Some(vertex) = Vertex::arrived(scene, &arrival, camera.direction, self.shift_threshold) else { return };
         out.first = Some(FirstSurface {
             albedo: vertex.albedo(scene),
             normal: if vertex.wo.z < 0.0 { -vertex.frame.normal } else { vertex.frame.normal },
@@ -41,13 +41,16 @@ impl Integrator for PathIntegrator {
                 Arrival::Escaped => 0.0,
             },
         });
+        if self.max_depth > 1 {
+            out.vertices.push(vertex);
+        }
         let mut throughput = leg.passage.weight();
         // A joint at vertex k has k + 2 edges.
         for k in 0..self.max_depth.saturating_sub(1) as usize {
+            let vertex = &mut out.vertices[k];
             let choice = vertex.decide(scene, || stream.number(Dimension::lobe(k)));
-            out.vertices.push(vertex);
             if !vertex.delta
-                && let Some(joint) = self.next_event(scene, &vertex, k, stream)
+                && let Some(joint) = next_event(scene, vertex, k, stream)
             {
                 out.rays += u32::from(!joint.evaluation.is_none());
                 out.joints.push(joint);
@@ -81,46 +84,43 @@ impl Integrator for PathIntegrator {
                 Arrival::Escaped => scene.lights.at_infinity(step.wi),
             };
             if let Some(point) = point {
-                let joint = hit(scene, &vertex, k, &step, point);
+                let joint = hit(scene, vertex, k, &step, point);
                 if !joint.radiance.is_black() {
                     out.joints.push(joint);
                 }
             }
             let Some(next) = Vertex::arrived(scene, &arrival, step.wi, self.shift_threshold) else { break };
-            vertex = next;
+            out.vertices.push(next);
             if k as u32 + 2 == self.max_depth {
                 // Beyond the last edge nothing is gathered, but shifts must know what the last step met.
-                vertex.decide(scene, || stream.number(Dimension::lobe(k + 1)));
-                out.vertices.push(vertex);
+                out.vertices[k + 1].decide(scene, || stream.number(Dimension::lobe(k + 1)));
             }
         }
         out.gather();
     }
 }
 
-impl PathIntegrator {
-    /// A light point seen from a vertex. Blocked ones are kept too: they may be visible from the offset path.
-    #[inline]
-    fn next_event(&self, scene: &Scene, vertex: &Vertex, k: usize, stream: &SampleStream) -> Option<Joint> {
-        let sample =
-            scene.lights.sample(vertex.position, || stream.number(Dimension::light_choice(k)), stream.pair(Dimension::light_point(k)))?;
-        let point = sample.point;
-        let wi = if point.infinite { point.position } else { (point.position - vertex.position).normalize() };
-        let evaluation = vertex.evaluate(scene, wi);
-        let radiance = scene.lights.radiance(&point, vertex.position);
-        let passage = if evaluation.is_none() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &point) };
-        Some(Joint {
-            vertex: k as u32,
-            strategy: Strategy::NextEvent,
-            wi,
-            point,
-            radiance,
-            evaluation,
-            light_density: sample.density * vertex.lobe_probability,
-            passage,
-            survival: 1.0,
-        })
-    }
+/// A light point seen from a vertex. Blocked ones are kept too: they may be visible from the offset path.
+#[inline]
+fn next_event(scene: &Scene, vertex: &Vertex, k: usize, stream: &SampleStream) -> Option<Joint> {
+    let sample =
+        scene.lights.sample(vertex.position, || stream.number(Dimension::light_choice(k)), stream.pair(Dimension::light_point(k)))?;
+    let point = sample.point;
+    let wi = if point.infinite { point.position } else { (point.position - vertex.position).normalize() };
+    let evaluation = vertex.evaluate(scene, wi);
+    let radiance = scene.lights.radiance(&point, vertex.position);
+    let passage = if evaluation.is_none() { Passage::BLOCKED } else { passage_to_light(scene, vertex, &point) };
+    Some(Joint {
+        vertex: k as u32,
+        strategy: Strategy::NextEvent,
+        wi,
+        point,
+        radiance,
+        evaluation,
+        light_density: sample.density * vertex.lobe_probability,
+        passage,
+        survival: 1.0,
+    })
 }
 
 /// What the camera's ray meets that gives light.

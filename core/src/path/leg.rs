@@ -177,12 +177,12 @@ fn behind(scene: &Scene, surface: &SurfacePoint, direction: Vec3, before: Medium
 }
 
 /// Walks along a ray of unit direction until something stops it. `draw` gives the i-th number of this leg, in [0, 1).
-#[inline]
+#[inline(always)]
 pub fn walk(scene: &Scene, ray: &Ray, medium: MediumId, draw: impl Fn(u32) -> f32) -> (Leg, Arrival) {
     if scene.is_clear() { clear(scene, ray) } else { walk_through(scene, ray, medium, draw) }
 }
 
-#[inline]
+#[inline(always)]
 fn clear(scene: &Scene, ray: &Ray) -> (Leg, Arrival) {
     match scene.trace(ray) {
         Some(surface) => (Leg::CLEAR, Arrival::Surface(Landing { surface, media: [MediumId::VACUUM; 2], opacity: 1.0 })),

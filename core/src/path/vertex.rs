@@ -52,7 +52,7 @@ pub struct Vertex {
 
 impl Vertex {
     /// The vertex where a leg of this unit direction met a surface.
-    #[inline]
+    #[inline(always)]
     pub fn on_surface(scene: &Scene, landing: &Landing, direction: Vec3, threshold: f32) -> Self {
         let surface = &landing.surface;
         let material = scene.shape(surface.shape).material;
@@ -241,7 +241,7 @@ impl Vertex {
     }
 
     /// The vertex where a leg ended; `None` where it met nothing.
-    #[inline]
+    #[inline(always)]
     pub fn arrived(scene: &Scene, arrival: &Arrival, direction: Vec3, threshold: f32) -> Option<Self> {
         match arrival {
             Arrival::Surface(landing) => Some(Self::on_surface(scene, landing, direction, threshold)),

@@ -96,7 +96,7 @@ impl Scene {
     }
 
     /// The nearest surface along a ray.
-    #[inline]
+    #[inline(always)]
     pub fn trace(&self, ray: &Ray) -> Option<SurfacePoint> {
         let hit: Hit = self.world.closest(ray)?;
         Some(self.world.surface(ray, &hit))
