@@ -55,8 +55,9 @@ impl Plan {
         terminal::line(format_args!("paths           up to {} edges, roulette after {}", plan.max_depth, plan.roulette_depth))?;
         terminal::line(format_args!("seed            {}", plan.seed))?;
         terminal::line("the scene calls for")?;
-        for (effect, because) in effects::analyse(scene).iter() {
-            terminal::line(format_args!("  - {effect} ({})", because.join(", ")))?;
+        let effects = effects::analyse(scene);
+        for (effect, _) in effects.iter() {
+            terminal::line(format_args!("  - {effect}: {}", effects.told(effect)))?;
         }
         terminal::line("therefore")?;
         for reason in &plan.reasons {

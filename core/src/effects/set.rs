@@ -95,6 +95,18 @@ impl Effects {
         self.found.get(&effect).map(Vec::as_slice).unwrap_or_default()
     }
 
+    /// What calls for an effect, in words: the first few things, and how many more there are.
+    pub fn told(&self, effect: Effect) -> String {
+        const TOLD: usize = 4;
+        let because = self.because(effect);
+        let more = because.len().saturating_sub(TOLD);
+        let mut words = because[..because.len() - more].join(", ");
+        if more > 0 {
+            words += &format!(", and {more} more");
+        }
+        words
+    }
+
     /// The effects in their order, each with what calls for it.
     pub fn iter(&self) -> impl Iterator<Item = (Effect, &[String])> {
         self.found.iter().map(|(effect, because)| (*effect, because.as_slice()))

@@ -97,14 +97,14 @@ fn together(scene: &SceneDescription, parts: &BTreeMap<&str, &str>, effects: &mu
     if !shown || !lit {
         return;
     }
-    let clear = effects.has(Effect::SpecularChains);
     for (name, bearer) in parts {
         let Some(roughness) = scene.materials.get(*name).and_then(Material::roughness) else { continue };
         let place = format!("materials.{name} on {bearer}");
         if extended && roughness <= CAUSTIC_ROUGHNESS {
             effects.add(Effect::Caustics, &place);
         }
-        if extended && roughness <= CAUSTIC_ROUGHNESS && clear {
+        // What the camera sees it through must be clear itself.
+        if extended && roughness == 0.0 {
             effects.add(Effect::SeenCaustics, &place);
         }
         if !concentrated.is_empty() && roughness == 0.0 {

@@ -135,7 +135,7 @@ fn technique(request: &Request, extent: Extent, max_depth: u32, effects: &Effect
         reasons.push(format!("shift by {shift}"));
     }
     if effects.has(Effect::Caustics) {
-        let from = effects.because(Effect::Caustics).join("; ");
+        let from = effects.told(Effect::Caustics);
         reasons.push(format!("caustics are possible ({from}) and converge slowly: paths find them from the camera's side only"));
     }
     technique
@@ -148,8 +148,8 @@ fn carried(
     carries: impl Fn(Technique, Effect) -> bool,
     reasons: &mut Vec<String>,
 ) -> Result<(), PlanError> {
-    for (effect, because) in effects.iter().filter(|(effect, _)| !carries(technique, *effect)) {
-        let because = because.join("; ");
+    for (effect, _) in effects.iter().filter(|(effect, _)| !carries(technique, *effect)) {
+        let because = effects.told(effect);
         if let Some(other) = Technique::ALL.into_iter().find(|other| carries(*other, effect)) {
             return Err(PlanError::Missing {
                 choice: format!("technique {}", technique.name()),
