@@ -7,6 +7,7 @@ use crate::medium::MediumId;
 use crate::plan::{Plan, Technique, WorkUnit};
 use crate::render::render_unit;
 use crate::scene::{Boundary, Scene};
+use crate::sensor::{PixelFilter, Projection};
 use crate::spectrum::Spectrum;
 use crate::testing::{Stage, diffuse, plan, scenes};
 use crate::texture::{ColourInput, ScalarInput};
@@ -225,5 +226,20 @@ fn nothing_is_ever_not_finite() {
     for (name, scene) in scenes() {
         let film = render(&scene, &plan(Technique::Gpt, 8, 64, 12, 9));
         assert_eq!(film.statistics.get(crate::film::Counter::NotFinite), 0, "{name}");
+    }
+}
+
+#[test]
+fn every_filter_keeps_a_constant_scene() {
+    for (name, filter, exact) in [
+        ("tent", PixelFilter::Tent(1.3), true),
+        ("gaussian", PixelFilter::gaussian(0.5, 2.0), true),
+        ("mitchell", PixelFilter::mitchell(1.0 / 3.0, 1.0 / 3.0), false),
+    ] {
+        let scene = Stage::default().environment(2.0).through(Projection::Orthographic(1.0), filter);
+        let all = render(&scene, &plan(Technique::Gpt, 4, 1024, 4, 1)).combined();
+        let values = all.direct.data();
+        let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64;
+        assert!(if exact { values.iter().all(|v| (v - 2.0).abs() < 1e-6) } else { (mean - 2.0).abs() < 0.02 }, "{name}: {mean}");
     }
 }

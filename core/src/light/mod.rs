@@ -6,6 +6,8 @@ mod concentrated;
 mod environment;
 mod image;
 mod sky;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 pub use area::{AreaLight, Emitter};
