@@ -117,7 +117,7 @@ impl<'a> Renderer<'a> {
         // The neighbours' paths take the same place in their pixels, so its weight holds for them too. Albedo, normal and depth only
         // guide, and go without it: they would gain noise from negative lobes.
         let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));
-        let lens = stream.pair(Dimension::LENS);
+        let lens = if self.view.has_lens() { stream.pair(Dimension::LENS) } else { [0.5; 2] };
         let film = [x as f32 + u, y as f32 + v];
         let base = &mut scratch.base;
         self.integrator.generate(self.scene, &self.view.ray(film, lens), &stream, base);

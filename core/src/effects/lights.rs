@@ -1,11 +1,9 @@
 //! What the lights of a scene call for.
 
 use super::set::{Effect, Effects};
+use crate::light::TREE_FROM;
 use crate::scene::SceneDescription;
 use crate::scene::description::{Colour, Environment, Light, Shape};
-
-/// From this many lights on the choice among them matters.
-const MANY: usize = 32;
 
 /// Light from a surface.
 pub(super) fn shape(shape: &Shape, path: &str, effects: &mut Effects) {
@@ -46,7 +44,7 @@ pub(super) fn environment(scene: &SceneDescription, effects: &mut Effects) {
 pub(super) fn many(scene: &SceneDescription, effects: &mut Effects) {
     let surfaces = scene.shapes.iter().filter(|shape| shape.emission.is_some()).count();
     let count = surfaces + scene.lights.len();
-    if count >= MANY {
+    if count >= TREE_FROM {
         effects.add(Effect::ManyLights, format!("{count} lights"));
     }
 }

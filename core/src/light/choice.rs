@@ -5,7 +5,7 @@ use crate::math::Vec3;
 use crate::sampling::Discrete;
 
 /// Lights with a place from which on a tree chooses among them.
-pub(super) const TREE_FROM: usize = 16;
+pub const TREE_FROM: usize = 16;
 
 /// How one of the lights is chosen.
 #[derive(Clone, Debug)]

@@ -11,6 +11,7 @@ mod tests;
 mod tree;
 
 pub use area::{AreaLight, Emitter};
+pub use choice::TREE_FROM;
 pub use concentrated::{DirectionalLight, Falloff, PointLight, SpotLight, radians};
 pub use environment::Environment;
 pub use image::ImageEnvironment;

@@ -122,6 +122,12 @@ impl Sensor {
 }
 
 impl View {
+    /// Whether rays depend on a lens position.
+    #[inline]
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some_and(|[radius, _]| radius > 0.0)
+    }
+
     /// The ray through a film position [pixels, from the upper left corner of the window] and a lens position in [0, 1)².
     ///
     /// Radiance averaged by the pixel's filter (and over the lens) is the pixel's value: importance is 1 in film measure.
