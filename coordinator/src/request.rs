@@ -1,7 +1,7 @@
 //! What a person may ask of the renderer, as text: read the same way from the command line and from HTTP.
 
 use gradfarm_core::lattice::Extent;
-use gradfarm_core::plan::{ReconstructionKind, Technique, by_name};
+use gradfarm_core::plan::{ReconstructionKind, ShiftKind, Technique, by_name};
 use gradfarm_core::scene::limits::{FILM_PIXELS, FILM_SIDE};
 
 /// The name that leaves a choice to the plan.
@@ -15,6 +15,11 @@ pub fn technique_names() -> impl Iterator<Item = &'static str> {
 /// The names of every reconstruction, `auto` first.
 pub fn reconstruction_names() -> impl Iterator<Item = &'static str> {
     std::iter::once(AUTO).chain(ReconstructionKind::ALL.map(ReconstructionKind::name))
+}
+
+/// The names of every shift, `auto` first.
+pub fn shift_names() -> impl Iterator<Item = &'static str> {
+    std::iter::once(AUTO).chain(ShiftKind::ALL.map(ShiftKind::name))
 }
 
 /// A technique by name; `None` for `auto`.
@@ -31,6 +36,14 @@ pub fn technique(name: &str) -> Result<Option<Technique>, String> {
 /// The names that there are.
 pub fn reconstruction(name: &str) -> Result<Option<ReconstructionKind>, String> {
     choice(&ReconstructionKind::ALL, ReconstructionKind::name, name)
+}
+
+/// A shift by name; `None` for `auto`.
+///
+/// # Errors
+/// The names that there are.
+pub fn shift(name: &str) -> Result<Option<ShiftKind>, String> {
+    choice(&ShiftKind::ALL, ShiftKind::name, name)
 }
 
 fn choice<T: Copy>(all: &[T], name_of: fn(T) -> &'static str, name: &str) -> Result<Option<T>, String> {
@@ -71,6 +84,14 @@ pub fn check_alpha(alpha: f32) -> Result<f32, String> {
     if alpha.is_finite() && alpha > 0.0 { Ok(alpha) } else { Err("expected a finite number above 0, such as 0.2".to_owned()) }
 }
 
+/// Whether a number can be the least probability of a shift.
+///
+/// # Errors
+/// What was expected.
+pub fn check_survival(survival: f32) -> Result<f32, String> {
+    if survival > 0.0 && survival <= 1.0 { Ok(survival) } else { Err("expected a number above 0, at most 1, such as 0.1".to_owned()) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,6 +103,9 @@ mod tests {
         }
         for item in ReconstructionKind::ALL {
             assert_eq!(reconstruction(item.name()), Ok(Some(item)));
+        }
+        for item in ShiftKind::ALL {
+            assert_eq!(shift(item.name()), Ok(Some(item)));
         }
         assert_eq!(technique("auto"), Ok(None));
         assert_eq!(technique("magic").unwrap_err(), "expected auto or one of pt, gpt");
@@ -97,6 +121,7 @@ mod tests {
         }
         for bad in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert!(check_alpha(bad).is_err(), "{bad}");
+            assert!(bad == 1.0 || check_survival(bad).is_err(), "{bad}");
         }
     }
 }

@@ -4,6 +4,7 @@ mod resolve;
 mod switched;
 
 pub use crate::reconstruction::ReconstructionKind;
+pub use crate::shift::ShiftKind;
 pub use resolve::{PlanError, resolve};
 
 use crate::effects::Effect;
@@ -67,6 +68,16 @@ pub struct Request {
     pub alpha: Option<f32>,
     /// Longest path in edges (1 = directly visible emitters only), or `None` for the scene's own.
     pub max_depth: Option<u32>,
+    /// Shift, or `None` for `auto`.
+    pub shift: Option<ShiftKind>,
+    /// Least probability with which Russian roulette lets a shift happen, in (0, 1], or `None` for the default.
+    pub shift_survival: Option<f32>,
+    /// Edge of the groups of pixels that reuse one another's paths [pixels], or `None` for the default.
+    pub reuse_edge: Option<u32>,
+    /// Most links of a pixel to similar ones, or `None` for the default.
+    pub links: Option<u32>,
+    /// Rounds in which samples are placed; 1 places them evenly. `None` for the default.
+    pub rounds: Option<u32>,
 }
 
 /// Everything that the bits of a frame depend on besides the scene. Two equal plans over equal scenes give equal images.
@@ -90,8 +101,18 @@ pub struct Plan {
     pub max_depth: u32,
     /// Edges after which Russian roulette starts.
     pub roulette_depth: u32,
+    /// Shift.
+    pub shift: ShiftKind,
     /// Roughness at and above which a vertex counts as connectable for shifts (0.001 in Kettunen et al. 2015).
     pub shift_threshold: f32,
+    /// Least probability with which Russian roulette lets a shift happen, in (0, 1]; 1 shifts always.
+    pub shift_survival: f32,
+    /// Edge of the groups of pixels that reuse one another's paths [pixels], where the technique does that.
+    pub reuse_edge: u32,
+    /// Most links of a pixel to similar ones, where the technique measures along links.
+    pub links: u32,
+    /// Rounds in which samples are placed; 1 places them evenly.
+    pub rounds: u32,
     /// Why each choice was made, for people.
     pub reasons: Vec<String>,
 }

@@ -6,7 +6,7 @@ use crate::light::{AreaLight, DirectionalLight, Emitter, Environment, Falloff, I
 use crate::material::{Bsdf, Conductor, Dielectric, Diffuse, Material, Microfacets};
 use crate::math::{Frame, Transform, Vec2, Vec3};
 use crate::medium::{Homogeneous, Medium, MediumId, Phase};
-use crate::plan::{Plan, ReconstructionKind, Technique};
+use crate::plan::{Plan, ReconstructionKind, ShiftKind, Technique};
 use crate::scene::{Boundary, Scene, Shape};
 use crate::sensor::{FieldAxis, Perspective, PixelFilter, Projection, Sensor, Window};
 use crate::spectrum::Spectrum;
@@ -275,7 +275,12 @@ pub(crate) fn plan(technique: Technique, edge: u32, samples: u32, max_depth: u32
         alpha: 0.2,
         max_depth,
         roulette_depth: 4,
+        shift: ShiftKind::Hybrid,
         shift_threshold: 0.001,
+        shift_survival: 1.0,
+        reuse_edge: 6,
+        links: 8,
+        rounds: 1,
         reasons: Vec::new(),
     }
 }

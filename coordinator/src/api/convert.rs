@@ -35,7 +35,12 @@ impl From<&Plan> for json::PlanView {
             seed: plan.seed,
             max_depth: plan.max_depth,
             roulette_depth: plan.roulette_depth,
+            shift: plan.shift.name().to_owned(),
             shift_threshold: plan.shift_threshold,
+            shift_survival: plan.shift_survival,
+            reuse_edge: plan.reuse_edge,
+            links: plan.links,
+            rounds: plan.rounds,
             reasons: plan.reasons.clone(),
         }
     }

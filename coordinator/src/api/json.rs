@@ -121,8 +121,18 @@ pub struct PlanView {
     pub max_depth: u32,
     /// Edges after which Russian roulette starts.
     pub roulette_depth: u32,
+    /// Shift.
+    pub shift: String,
     /// Roughness at and above which a vertex counts as connectable.
     pub shift_threshold: f32,
+    /// Least probability with which Russian roulette lets a shift happen.
+    pub shift_survival: f32,
+    /// Edge of the groups of pixels that reuse one another's paths [pixels].
+    pub reuse_edge: u32,
+    /// Most links of a pixel to similar ones.
+    pub links: u32,
+    /// Rounds in which samples are placed.
+    pub rounds: u32,
     /// Why each choice was made.
     pub reasons: Vec<String>,
 }

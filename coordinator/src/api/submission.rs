@@ -58,6 +58,21 @@ pub struct JobOptions {
     /// Longest path [edges].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_depth: Option<u32>,
+    /// `auto` or a shift.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift: Option<String>,
+    /// Least probability with which Russian roulette lets a shift happen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift_survival: Option<f32>,
+    /// Edge of the groups of pixels that reuse one another's paths [pixels].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reuse_edge: Option<u32>,
+    /// Most links of a pixel to similar ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub links: Option<u32>,
+    /// Rounds in which samples are placed; 1 places them evenly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounds: Option<u32>,
     /// Edge of the tiles [pixels].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tile: Option<u32>,
@@ -76,7 +91,7 @@ pub struct JobOptions {
 }
 
 /// The fields of a form that stay text even if they look like numbers.
-const TEXT_FIELDS: [&str; 5] = ["name", "technique", "reconstruction", "size", "client_token"];
+const TEXT_FIELDS: [&str; 6] = ["name", "technique", "reconstruction", "shift", "size", "client_token"];
 
 /// Reads a JSON body.
 ///
@@ -180,6 +195,11 @@ impl JobOptions {
             seed: self.seed.unwrap_or(0),
             alpha: read("alpha", self.alpha, request::check_alpha)?,
             max_depth: self.max_depth,
+            shift: read("shift", self.shift.as_deref(), request::shift)?.flatten(),
+            shift_survival: read("shift_survival", self.shift_survival, request::check_survival)?,
+            reuse_edge: self.reuse_edge,
+            links: self.links,
+            rounds: self.rounds,
         })
     }
 
@@ -193,6 +213,11 @@ impl JobOptions {
             seed: Some(asked.seed),
             alpha: asked.alpha,
             max_depth: asked.max_depth,
+            shift: asked.shift.map(|kind| kind.name().to_owned()),
+            shift_survival: asked.shift_survival,
+            reuse_edge: asked.reuse_edge,
+            links: asked.links,
+            rounds: asked.rounds,
             ..Self::default()
         }
     }
@@ -202,7 +227,7 @@ impl JobOptions {
 mod tests {
     use super::*;
     use gradfarm_core::lattice::Extent;
-    use gradfarm_core::plan::{ReconstructionKind, Technique};
+    use gradfarm_core::plan::{ReconstructionKind, ShiftKind, Technique};
 
     const SCENE: &str = r#"{"version": 1, "camera": {"perspective": {"to_world": [], "fov": 40}}}"#;
 
@@ -216,6 +241,11 @@ mod tests {
             seed: u64::MAX,
             alpha: Some(0.25),
             max_depth: Some(4),
+            shift: Some(ShiftKind::Hybrid),
+            shift_survival: Some(0.5),
+            reuse_edge: Some(3),
+            links: Some(5),
+            rounds: Some(2),
         };
         assert_eq!(JobOptions::of(&asked).request().unwrap(), asked);
         assert_eq!(JobOptions::default().request().unwrap(), Request::default());

@@ -2,8 +2,8 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradfarm_core::lattice::Extent;
-use gradfarm_core::plan::{ReconstructionKind, Request, Technique};
-use gradfarm_core::scene::limits::PATH_EDGES;
+use gradfarm_core::plan::{ReconstructionKind, Request, ShiftKind, Technique};
+use gradfarm_core::scene::limits::{LINKS, PATH_EDGES, REUSE_EDGE, ROUNDS};
 use gradfarm_proto::limits;
 
 use crate::request;
@@ -33,6 +33,21 @@ pub(super) struct RenderOptions {
     /// Longest path in edges: 1 shows emitters only, 2 adds one bounce [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(PATH_EDGES)))]
     max_depth: Option<u32>,
+    /// How paths are shifted to neighbouring pixels
+    #[arg(long, default_value = request::AUTO, value_name = "NAME", value_parser = shift())]
+    shift: Choice<ShiftKind>,
+    /// Least probability with which Russian roulette lets a shift happen, above 0; 1 shifts always [default: 1]
+    #[arg(long, value_name = "Q", value_parser = survival)]
+    shift_survival: Option<f32>,
+    /// Edge of the groups of pixels that reuse one another's paths, for technique reuse [default: 6]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=i64::from(REUSE_EDGE)))]
+    reuse_edge: Option<u32>,
+    /// Most links of a pixel to similar ones, for technique graph [default: 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(LINKS)))]
+    links: Option<u32>,
+    /// Rounds in which samples are placed where the noise is; 1 places them evenly [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(ROUNDS)))]
+    rounds: Option<u32>,
 }
 
 impl RenderOptions {
@@ -46,6 +61,11 @@ impl RenderOptions {
             seed: self.seed,
             alpha: self.alpha,
             max_depth: self.max_depth,
+            shift: self.shift.0,
+            shift_survival: self.shift_survival,
+            reuse_edge: self.reuse_edge,
+            links: self.links,
+            rounds: self.rounds,
         }
     }
 }
@@ -60,6 +80,14 @@ fn technique() -> impl TypedValueParser<Value = Choice<Technique>> {
 
 fn reconstruction() -> impl TypedValueParser<Value = Choice<ReconstructionKind>> {
     PossibleValuesParser::new(request::reconstruction_names()).try_map(|name| request::reconstruction(&name).map(Choice))
+}
+
+fn shift() -> impl TypedValueParser<Value = Choice<ShiftKind>> {
+    PossibleValuesParser::new(request::shift_names()).try_map(|name| request::shift(&name).map(Choice))
+}
+
+fn survival(text: &str) -> Result<f32, String> {
+    request::check_survival(text.parse().unwrap_or(f32::NAN))
 }
 
 fn alpha(text: &str) -> Result<f32, String> {
@@ -91,6 +119,7 @@ mod tests {
     #[test]
     fn what_is_asked_arrives() {
         let words = ["--technique=gpt", "--reconstruction=l1", "--samples=7", "--size=3x4", "--seed=9", "--alpha=0.5", "--max-depth=2"];
+        let more = ["--shift=hybrid", "--shift-survival=0.1", "--reuse-edge=5", "--links=4", "--rounds=3"];
         let expected = Request {
             technique: Some(Technique::Gpt),
             reconstruction: Some(ReconstructionKind::L1),
@@ -99,8 +128,13 @@ mod tests {
             seed: 9,
             alpha: Some(0.5),
             max_depth: Some(2),
+            shift: Some(ShiftKind::Hybrid),
+            shift_survival: Some(0.1),
+            reuse_edge: Some(5),
+            links: Some(4),
+            rounds: Some(3),
         };
-        assert_eq!(parse(&words).unwrap(), expected);
+        assert_eq!(parse(&[&words[..], &more].concat()).unwrap(), expected);
     }
 
     #[test]
@@ -110,6 +144,9 @@ mod tests {
             ("--reconstruction=l3", "auto, none, l2, l1"),
             ("--size=640", "such as 640x480"),
             ("--alpha=much", "above 0"),
+            ("--shift=magic", "auto, hybrid"),
+            ("--shift-survival=1.5", "at most 1"),
+            ("--links=0", "1.."),
             ("--samples=0", "1.."),
             ("--max-depth=0", "1.."),
         ] {

@@ -53,6 +53,9 @@ impl Plan {
         terminal::line(format_args!("reconstruction  {} (alpha {})", plan.reconstruction.name(), plan.alpha))?;
         terminal::line(format_args!("samples         {} per pixel, in runs of {}", plan.samples, plan.batch))?;
         terminal::line(format_args!("paths           up to {} edges, roulette after {}", plan.max_depth, plan.roulette_depth))?;
+        if plan.technique.measures_gradients() {
+            terminal::line(format_args!("shift           {} (connectable from roughness {} on)", plan.shift.name(), plan.shift_threshold))?;
+        }
         terminal::line(format_args!("seed            {}", plan.seed))?;
         terminal::line("the scene calls for")?;
         let effects = effects::analyse(scene);

@@ -114,7 +114,7 @@ impl Split {
 pub(crate) mod tests {
     use super::*;
     use gradfarm_core::lattice::Extent;
-    use gradfarm_core::plan::{ReconstructionKind, Technique};
+    use gradfarm_core::plan::{ReconstructionKind, ShiftKind, Technique};
     use proptest::prelude::*;
 
     /// A plan over a film of the given size.
@@ -129,7 +129,12 @@ pub(crate) mod tests {
             alpha: 0.2,
             max_depth: 8,
             roulette_depth: 4,
+            shift: ShiftKind::Hybrid,
             shift_threshold: 0.001,
+            shift_survival: 1.0,
+            reuse_edge: 6,
+            links: 8,
+            rounds: 1,
             reasons: vec!["made for a test".into()],
         }
     }

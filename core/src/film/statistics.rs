@@ -2,7 +2,7 @@
 
 /// Names of the counters, in storage order.
 ///
-/// `shift_*` count one outcome for each (base path, neighbour); `not_finite` counts contributions that were replaced by zero.
+/// `shift_*` count one outcome for each (base path, neighbour); `not_finite_*` count contributions that were replaced by zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Counter {
     /// Camera samples (base paths).
@@ -11,39 +11,66 @@ pub enum Counter {
     Rays,
     /// Vertices of base paths.
     Vertices,
-    /// The offset path joined the base path.
-    ShiftReconnected,
+    /// The offset path joined the base path on a surface.
+    ShiftReconnectedSurface,
+    /// The offset path joined the base path inside a medium.
+    ShiftReconnectedMedium,
+    /// Both paths left the scene in the same direction.
+    ShiftReconnectedInfinity,
     /// The offset path followed the base path to its end without joining it.
     ShiftFollowed,
+    /// Russian roulette decided against the shift.
+    ShiftSkipped,
     /// The neighbour lies outside the film.
     ShiftOutsideFilm,
-    /// The offset's primary ray met nothing.
+    /// An offset ray met nothing, or another kind of thing than the base ray.
     ShiftEscaped,
     /// The segment that would reconnect is blocked.
     ShiftOccluded,
-    /// The paths differ in kind: one scatters where the other cannot, or the shift has no inverse there.
+    /// The offset cannot scatter as the base did.
     ShiftLobeMismatch,
     /// Refraction copied to the offset is totally reflected.
     ShiftTotalReflection,
-    /// Contributions that were NaN or infinite.
-    NotFinite,
+    /// The shift back would be of another kind.
+    ShiftIrreversible,
+    /// Steps of offset paths that copied a half vector.
+    HalfVectorsCopied,
+    /// Steps of offset paths that replayed random numbers.
+    StepsReplayed,
+    /// Primal contributions that were NaN or infinite.
+    NotFinitePrimal,
+    /// Directly visible emission that was NaN or infinite.
+    NotFiniteDirect,
+    /// Differences that were NaN or infinite.
+    NotFiniteGradient,
 }
 
 impl Counter {
     /// Every counter, in storage order.
-    pub const ALL: [Counter; 11] = [
+    pub const ALL: [Counter; 19] = [
         Counter::Samples,
         Counter::Rays,
         Counter::Vertices,
-        Counter::ShiftReconnected,
+        Counter::ShiftReconnectedSurface,
+        Counter::ShiftReconnectedMedium,
+        Counter::ShiftReconnectedInfinity,
         Counter::ShiftFollowed,
+        Counter::ShiftSkipped,
         Counter::ShiftOutsideFilm,
         Counter::ShiftEscaped,
         Counter::ShiftOccluded,
         Counter::ShiftLobeMismatch,
         Counter::ShiftTotalReflection,
-        Counter::NotFinite,
+        Counter::ShiftIrreversible,
+        Counter::HalfVectorsCopied,
+        Counter::StepsReplayed,
+        Counter::NotFinitePrimal,
+        Counter::NotFiniteDirect,
+        Counter::NotFiniteGradient,
     ];
+
+    /// The counters of values that were not finite.
+    pub const NOT_FINITE: [Counter; 3] = [Counter::NotFinitePrimal, Counter::NotFiniteDirect, Counter::NotFiniteGradient];
 
     /// Name in reports, JSON and metrics.
     pub fn name(self) -> &'static str {
@@ -51,14 +78,22 @@ impl Counter {
             Counter::Samples => "samples",
             Counter::Rays => "rays",
             Counter::Vertices => "vertices",
-            Counter::ShiftReconnected => "shift_reconnected",
+            Counter::ShiftReconnectedSurface => "shift_reconnected_surface",
+            Counter::ShiftReconnectedMedium => "shift_reconnected_medium",
+            Counter::ShiftReconnectedInfinity => "shift_reconnected_infinity",
             Counter::ShiftFollowed => "shift_followed",
+            Counter::ShiftSkipped => "shift_skipped",
             Counter::ShiftOutsideFilm => "shift_outside_film",
             Counter::ShiftEscaped => "shift_escaped",
             Counter::ShiftOccluded => "shift_occluded",
             Counter::ShiftLobeMismatch => "shift_lobe_mismatch",
             Counter::ShiftTotalReflection => "shift_total_reflection",
-            Counter::NotFinite => "not_finite",
+            Counter::ShiftIrreversible => "shift_irreversible",
+            Counter::HalfVectorsCopied => "half_vectors_copied",
+            Counter::StepsReplayed => "steps_replayed",
+            Counter::NotFinitePrimal => "not_finite_primal",
+            Counter::NotFiniteDirect => "not_finite_direct",
+            Counter::NotFiniteGradient => "not_finite_gradient",
         }
     }
 }
@@ -87,6 +122,11 @@ impl Statistics {
     /// One value.
     pub fn get(&self, counter: Counter) -> u64 {
         self.counts[counter as usize]
+    }
+
+    /// Contributions that were replaced by zero because they were not finite.
+    pub fn not_finite(&self) -> u64 {
+        Counter::NOT_FINITE.into_iter().map(|counter| self.get(counter)).sum()
     }
 
     /// Adds to one counter.

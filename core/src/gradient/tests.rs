@@ -225,7 +225,7 @@ fn what_a_scene_lacks_changes_no_bit() {
 fn nothing_is_ever_not_finite() {
     for (name, scene) in scenes() {
         let film = render(&scene, &plan(Technique::Gpt, 8, 64, 12, 9));
-        assert_eq!(film.statistics.get(crate::film::Counter::NotFinite), 0, "{name}");
+        assert_eq!(film.statistics.not_finite(), 0, "{name}");
     }
 }
 

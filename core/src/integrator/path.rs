@@ -28,6 +28,7 @@ impl Integrator for PathIntegrator {
     fn generate(&self, scene: &Scene, camera: &Ray, stream: &SampleStream, out: &mut Subpath) {
         out.clear();
         out.rays = 1;
+        out.stream = *stream;
         let (leg, arrival) = walk(scene, camera, scene.around, |i| stream.number(Dimension::leg(0, i)));
         out.camera = leg;
         out.direct = if scene.is_clear() { emitted(scene, &arrival, camera) } else { seen(scene, camera, scene.around) };

@@ -11,10 +11,12 @@ pub enum ShiftFailure {
     Escaped,
     /// The reconnecting segment is blocked.
     Occluded,
-    /// The offset cannot scatter as the base did, or the reverse shift would be of another kind.
+    /// The offset cannot scatter as the base did.
     LobeMismatch,
     /// The copied refraction is totally reflected.
     TotalReflection,
+    /// The shift back would be of another kind.
+    Irreversible,
 }
 
 /// How the offset path ends.

@@ -5,6 +5,7 @@ use super::vertex::Vertex;
 use crate::light::LightPoint;
 use crate::material::Evaluation;
 use crate::math::Vec3;
+use crate::sampling::SampleStream;
 use crate::spectrum::Spectrum;
 
 /// How the walk went on from a vertex.
@@ -119,6 +120,8 @@ pub struct Subpath {
     pub radiance: Vec<Spectrum>,
     /// Rays traced for it.
     pub rays: u32,
+    /// The numbers that it was drawn with; shifts may replay them.
+    pub stream: SampleStream,
 }
 
 impl Default for Subpath {
@@ -132,6 +135,7 @@ impl Default for Subpath {
             joints: Vec::new(),
             radiance: Vec::new(),
             rays: 0,
+            stream: SampleStream::default(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! From what a scene calls for and what was asked to one plan, with a reason for every choice.
 
-use super::{Plan, ReconstructionKind, Request, Technique, switched};
+use super::{Plan, ReconstructionKind, Request, ShiftKind, Technique, switched};
 use crate::effects::{Effect, Effects, analyse};
 use crate::lattice::Extent;
 use crate::scene::{SceneDescription, limits};
@@ -11,8 +11,12 @@ const DEFAULT_SAMPLES: u32 = 64;
 const MOST_SAMPLES: u32 = 1_000_000;
 /// Weight of the primal in the reconstruction where nothing else was asked (Kettunen et al. 2015).
 const DEFAULT_ALPHA: f32 = 0.2;
-/// Roughness from which shifts may join paths (the published experiments of Kettunen et al. 2015).
-const SHIFT_THRESHOLD: f32 = 0.001;
+/// Least probability of a shift where nothing else was asked: no roulette.
+const DEFAULT_SURVIVAL: f32 = 1.0;
+/// Edge of the groups that reuse one another's paths where nothing else was asked [pixels].
+const DEFAULT_REUSE_EDGE: u32 = 6;
+/// Most links of a pixel where nothing else was asked.
+const DEFAULT_LINKS: u32 = 8;
 
 /// Why no plan can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -49,7 +53,11 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     let extent = extent(scene, request, &mut reasons)?;
     let max_depth = request.max_depth.unwrap_or(scene.integrator.max_depth);
     in_range("longest path", max_depth, limits::PATH_EDGES, "edges")?;
+    let shift = request.shift.unwrap_or(ShiftKind::Hybrid);
     let technique = technique(request, extent, max_depth, &effects, &mut reasons);
+    if technique.measures_gradients() {
+        reasons.push(shift_told(shift, &effects));
+    }
     carried(technique, &effects, Technique::carries, &mut reasons)?;
     let reconstruction = reconstruction(request, technique, &mut reasons)?;
     reasons.extend(switched::off(&effects));
@@ -62,6 +70,17 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     if samples == 1 {
         reasons.push("one sample fills half A only: no error can be estimated from two halves".to_string());
     }
+    let survival = request.shift_survival.unwrap_or(DEFAULT_SURVIVAL);
+    if !(survival > 0.0 && survival <= 1.0) {
+        let expected = "a number above 0, at most 1".to_string();
+        return Err(PlanError::OutOfRange { what: "survival of shifts", found: survival.to_string(), expected });
+    }
+    let reuse_edge = request.reuse_edge.unwrap_or(DEFAULT_REUSE_EDGE);
+    in_range("edge of the groups that reuse paths", reuse_edge, limits::REUSE_EDGE, "pixels")?;
+    let links = request.links.unwrap_or(DEFAULT_LINKS);
+    in_range("links of a pixel", links, limits::LINKS, "links")?;
+    let rounds = request.rounds.unwrap_or(1);
+    in_range("rounds", rounds, limits::ROUNDS, "rounds")?;
     let alpha = request.alpha.unwrap_or(DEFAULT_ALPHA);
     if !(alpha.is_finite() && alpha > 0.0) {
         return Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() });
@@ -76,7 +95,12 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
         alpha,
         max_depth,
         roulette_depth: scene.integrator.roulette_depth,
-        shift_threshold: SHIFT_THRESHOLD,
+        shift,
+        shift_threshold: shift.threshold(),
+        shift_survival: survival,
+        reuse_edge,
+        links,
+        rounds,
         reasons,
     })
 }
@@ -119,26 +143,27 @@ fn technique(request: &Request, extent: Extent, max_depth: u32, effects: &Effect
     if !lit {
         reasons.push("nothing in the scene gives light: the image will be black".to_string());
     }
-    if technique == Technique::Gpt {
-        let shift = if effects.has(Effect::SpecularChains) || effects.has(Effect::NearSpecular) {
-            let kinds = [Effect::SpecularChains, Effect::NearSpecular, Effect::Refraction];
-            let kinds: Vec<&str> = kinds.into_iter().filter(|kind| effects.has(*kind)).map(Effect::words).collect();
-            format!("half-vector copy through what is smoother than {SHIFT_THRESHOLD}, reconnection behind it: {}", kinds.join(", "))
-        } else {
-            "reconnection alone: every surface is diffuse".to_string()
-        };
-        let shift = if effects.has(Effect::Media) {
-            format!("{shift}; inside media distances are copied until both paths can join, there without cosines")
-        } else {
-            shift
-        };
-        reasons.push(format!("shift by {shift}"));
-    }
     if effects.has(Effect::Caustics) {
         let from = effects.told(Effect::Caustics);
         reasons.push(format!("caustics are possible ({from}) and converge slowly: paths find them from the camera's side only"));
     }
     technique
+}
+
+/// How paths are shifted, and what calls for it.
+fn shift_told(shift: ShiftKind, effects: &Effects) -> String {
+    let told = match shift {
+        ShiftKind::Hybrid if effects.has(Effect::SpecularChains) || effects.has(Effect::NearSpecular) => {
+            let kinds = [Effect::SpecularChains, Effect::NearSpecular, Effect::Refraction];
+            let kinds: Vec<&str> = kinds.into_iter().filter(|kind| effects.has(*kind)).map(Effect::words).collect();
+            format!("half-vector copy through what is smoother than {}, reconnection behind it: {}", shift.threshold(), kinds.join(", "))
+        }
+        ShiftKind::Hybrid => "reconnection alone: every surface is diffuse".to_string(),
+    };
+    if effects.has(Effect::Media) {
+        return format!("shift by {told}; inside media distances are copied until both paths can join, there without cosines");
+    }
+    format!("shift by {told}")
 }
 
 /// Refuses a technique that cannot carry an effect, if another one can; where none can, says what is lost.
@@ -221,10 +246,16 @@ mod tests {
             seed: 9,
             alpha: Some(1.5),
             max_depth: Some(2),
+            shift: Some(ShiftKind::Hybrid),
+            shift_survival: Some(0.5),
+            reuse_edge: Some(3),
+            links: Some(4),
+            rounds: Some(1),
         };
         let plan = resolve(&lit(), &request).unwrap();
         assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::L1));
         assert_eq!((plan.samples, plan.alpha, plan.seed, plan.max_depth), (1_000_000, 1.5, 9, 2));
+        assert_eq!((plan.shift_survival, plan.reuse_edge, plan.links), (0.5, 3, 4));
         assert_eq!(plan.extent, Extent { width: 7, height: 5 });
         assert!(says(&plan, "technique gpt: asked for"));
     }

@@ -76,7 +76,7 @@ pub struct SampleKey {
 }
 
 /// All numbers of one sample. Stateless: asking twice gives the same number.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SampleStream {
     pixel: u64,
     sample: u64,

@@ -24,3 +24,9 @@ pub const GROUP_DEPTH: u32 = 16;
 pub const MATERIAL_PARTS: usize = 16;
 /// Bytes of a name.
 pub const NAME_BYTES: usize = 1_024;
+/// Edge of the groups of pixels that reuse one another's paths [pixels].
+pub const REUSE_EDGE: u32 = 16;
+/// Links of a pixel to similar ones.
+pub const LINKS: u32 = 16;
+/// Rounds in which the samples of a frame are placed.
+pub const ROUNDS: u32 = 64;

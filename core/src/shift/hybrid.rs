@@ -99,7 +99,7 @@ impl ShiftMap for HybridShift {
                     let possible = vertex.decide_as(scene, target.delta);
                     if both && vertex.connectable {
                         // The shift back would reconnect here.
-                        out.end = failed(ShiftFailure::LobeMismatch);
+                        out.end = failed(ShiftFailure::Irreversible);
                         return;
                     }
                     out.steps.push(OffsetStep { wi, jacobian, passage });

@@ -1,6 +1,7 @@
 //! The plan of a job.
 
-use gradfarm_core::plan::{Plan, ReconstructionKind, Technique, by_name};
+use gradfarm_core::plan::{Plan, ReconstructionKind, ShiftKind, Technique, by_name};
+use gradfarm_core::scene::limits as scene;
 
 use super::ConvertError;
 use crate::{limits, v1};
@@ -19,6 +20,11 @@ impl From<&Plan> for v1::Plan {
             roulette_depth: plan.roulette_depth,
             shift_threshold: plan.shift_threshold,
             reasons: plan.reasons.clone(),
+            shift: plan.shift.name().to_owned(),
+            shift_survival: plan.shift_survival,
+            reuse_edge: plan.reuse_edge,
+            links: plan.links,
+            rounds: plan.rounds,
         }
     }
 }
@@ -27,15 +33,18 @@ impl TryFrom<v1::Plan> for Plan {
     type Error = ConvertError;
 
     fn try_from(message: v1::Plan) -> Result<Self, ConvertError> {
-        let counted = |field, value: u32| match value {
-            1..=limits::SAMPLES => Ok(value),
-            _ => Err(ConvertError::range(field, value, format!("1 to {}", limits::SAMPLES))),
+        let up_to = |field, value: u32, most: u32| {
+            if (1..=most).contains(&value) { Ok(value) } else { Err(ConvertError::range(field, value, format!("1 to {most}"))) }
         };
+        let counted = |field, value: u32| up_to(field, value, limits::SAMPLES);
         if !(message.alpha.is_finite() && message.alpha > 0.0) {
             return Err(ConvertError::range("plan.alpha", message.alpha, "a finite number above 0"));
         }
         if !(message.shift_threshold.is_finite() && message.shift_threshold >= 0.0) {
             return Err(ConvertError::range("plan.shift_threshold", message.shift_threshold, "a finite number, 0 or above"));
+        }
+        if !(message.shift_survival > 0.0 && message.shift_survival <= 1.0) {
+            return Err(ConvertError::range("plan.shift_survival", message.shift_survival, "a number above 0, at most 1"));
         }
         if message.reasons.len() > limits::LINES || message.reasons.iter().any(|reason| reason.len() > limits::TEXT) {
             let expected = format!("at most {} lines of at most {} bytes", limits::LINES, limits::TEXT);
@@ -55,7 +64,13 @@ impl TryFrom<v1::Plan> for Plan {
             alpha: message.alpha,
             max_depth: counted("plan.max_depth", message.max_depth)?,
             roulette_depth: message.roulette_depth,
+            shift: by_name(&ShiftKind::ALL, ShiftKind::name, &message.shift)
+                .ok_or_else(|| unknown("plan.shift", &message.shift, &ShiftKind::ALL.map(ShiftKind::name)))?,
             shift_threshold: message.shift_threshold,
+            shift_survival: message.shift_survival,
+            reuse_edge: up_to("plan.reuse_edge", message.reuse_edge, scene::REUSE_EDGE)?,
+            links: up_to("plan.links", message.links, scene::LINKS)?,
+            rounds: up_to("plan.rounds", message.rounds, scene::ROUNDS)?,
             reasons: message.reasons,
         })
     }
@@ -82,18 +97,25 @@ mod tests {
             alpha: 0.2,
             max_depth: 12,
             roulette_depth: 5,
+            shift: ShiftKind::Hybrid,
             shift_threshold: 0.001,
+            shift_survival: 1.0,
+            reuse_edge: 6,
+            links: 8,
+            rounds: 1,
             reasons: vec!["gradients: asked for".into()],
         }
     }
 
     proptest! {
         #[test]
-        fn round_trip(technique in 0usize..2, reconstruction in 0usize..3, samples in 1u32..1 << 20, seed: u64, alpha in 1e-6f32..1e6) {
+        fn round_trip(technique in 0..Technique::ALL.len(), reconstruction in 0..ReconstructionKind::ALL.len(), shift in 0..ShiftKind::ALL.len(), samples in 1u32..1 << 20, seed: u64, alpha in 1e-6f32..1e6) {
             let mut plan = plan();
             plan.technique = Technique::ALL[technique];
             plan.reconstruction = ReconstructionKind::ALL[reconstruction];
+            plan.shift = ShiftKind::ALL[shift];
             (plan.samples, plan.seed, plan.alpha) = (samples, seed, alpha);
+            (plan.shift_survival, plan.reuse_edge, plan.links, plan.rounds) = (0.25, 5, 7, 3);
             prop_assert_eq!(Plan::try_from(v1::Plan::from(&plan)), Ok(plan));
         }
     }
@@ -107,6 +129,9 @@ mod tests {
         };
         assert_eq!(spoil(|p| p.extent = None), "plan.extent is missing");
         assert_eq!(spoil(|p| p.technique = "magic".into()), "plan.technique is \"magic\", expected one of pt, gpt");
+        assert_eq!(spoil(|p| p.shift = "magic".into()), "plan.shift is \"magic\", expected one of hybrid");
+        assert!(spoil(|p| p.shift_survival = 0.0).starts_with("plan.shift_survival is 0"));
+        assert!(spoil(|p| p.links = 1000).starts_with("plan.links is 1000"));
         assert!(spoil(|p| p.alpha = f32::NAN).starts_with("plan.alpha is NaN"));
         assert!(spoil(|p| p.samples = 0).starts_with("plan.samples is 0"));
         assert!(spoil(|p| p.batch = 0).starts_with("plan.batch is 0"));

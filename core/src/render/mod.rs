@@ -1,0 +1,42 @@
+//! The pure function that the farm maps over units of work.
+//!
+//! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`); `sums` is what a pixel adds up, `outcome` what is counted.
+
+mod outcome;
+mod pixel;
+mod sums;
+
+use crate::film::{FilmBlock, PlaneKind, Statistics};
+use crate::plan::{Plan, WorkUnit};
+use crate::scene::Scene;
+use pixel::{PixelRenderer, Scratch};
+use sums::PixelSums;
+
+/// Renders one unit: the samples `unit.samples` of each pixel of `unit.tile`.
+///
+/// Pure: the same scene, plan and unit give the same bits, so a retried unit is the same unit. The pixels of `unit.tile` must
+/// lie on the plan's film. Values that are not finite are counted and replaced by zero.
+pub fn render_unit(scene: &Scene, plan: &Plan, unit: &WorkUnit) -> FilmBlock {
+    let renderer = PixelRenderer::new(scene, plan, unit.frame);
+    let layout = plan.layout();
+    let mut planes: Vec<(PlaneKind, Vec<f32>)> =
+        layout.iter().map(|kind| (*kind, vec![0.0; unit.tile.pixels() * kind.channels()])).collect();
+    let mut statistics = Statistics::default();
+    let mut scratch = Scratch::default();
+    let pixels = unit.tile.pixels();
+    for index in 0..pixels {
+        let x = unit.tile.x + index as u32 % unit.tile.width;
+        let y = unit.tile.y + index as u32 / unit.tile.width;
+        let mut sums = PixelSums::default();
+        for sample in unit.samples.first..unit.samples.end() {
+            renderer.sample(x, y, sample, &mut scratch, &mut sums, &mut statistics);
+        }
+        for (kind, values) in &mut planes {
+            let (sum, channels) = sums.of(*kind);
+            for channel in 0..channels {
+                values[channel * pixels + index] = sum[channel] as f32;
+            }
+        }
+    }
+    FilmBlock { tile: unit.tile, samples: unit.samples, planes, statistics }
+}

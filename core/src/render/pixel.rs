@@ -1,0 +1,101 @@
+//! One sample of one pixel: its base path, and the difference to each neighbour.
+
+use super::outcome::{finite, tell};
+use super::sums::{PixelSums, add};
+use crate::film::{Counter, Statistics};
+use crate::gradient::difference;
+use crate::integrator::PathIntegrator;
+use crate::lattice::{Half, Offset};
+use crate::path::{Integrator, OffsetSubpath, ShiftMap, Subpath};
+use crate::plan::Plan;
+use crate::sampling::{Dimension, SampleKey, SampleStream};
+use crate::scene::Scene;
+use crate::sensor::View;
+use crate::shift;
+
+/// What a thread reuses from sample to sample.
+#[derive(Default)]
+pub(super) struct Scratch {
+    base: Subpath,
+    offset: OffsetSubpath,
+}
+
+/// Everything that stays the same over a unit.
+pub(super) struct PixelRenderer<'a> {
+    scene: &'a Scene,
+    plan: &'a Plan,
+    view: View,
+    frame: u32,
+    integrator: PathIntegrator,
+    shift: Box<dyn ShiftMap>,
+}
+
+impl<'a> PixelRenderer<'a> {
+    pub(super) fn new(scene: &'a Scene, plan: &'a Plan, frame: u32) -> Self {
+        Self {
+            scene,
+            plan,
+            view: scene.sensor.view(plan.extent),
+            frame,
+            integrator: PathIntegrator {
+                max_depth: plan.max_depth,
+                roulette_depth: plan.roulette_depth,
+                shift_threshold: plan.shift_threshold,
+            },
+            shift: shift::build(plan.shift, plan.shift_threshold),
+        }
+    }
+
+    /// Adds one sample of a pixel to its sums.
+    pub(super) fn sample(&self, x: u32, y: u32, sample: u32, scratch: &mut Scratch, sums: &mut PixelSums, statistics: &mut Statistics) {
+        let half = Half::of_sample(sample);
+        // Half B carries the next frame's key: neighbouring frames share the seeds of these halves.
+        let frame = self.frame.wrapping_add(half.index() as u32);
+        let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index: sample / 2 });
+        // The neighbours' paths take the same place in their pixels, so its weight holds for them too. Albedo, normal and depth only
+        // guide, and go without it: they would gain noise from negative lobes.
+        let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));
+        let lens = if self.view.has_lens() { stream.pair(Dimension::LENS) } else { [0.5; 2] };
+        let film = [x as f32 + u, y as f32 + v];
+        let base = &mut scratch.base;
+        self.integrator.generate(self.scene, &self.view.ray(film, lens), &stream, base);
+        statistics.add(Counter::Samples, 1);
+        statistics.add(Counter::Rays, u64::from(base.rays));
+        statistics.add(Counter::Vertices, base.vertices.len() as u64);
+        let sums_of_half = &mut sums.halves[half.index()];
+        let primal = finite(base.primal() * weight, Counter::NotFinitePrimal, statistics);
+        add(&mut sums_of_half.primal, primal);
+        add(&mut sums_of_half.primal_squared, primal * primal);
+        add(&mut sums_of_half.direct, finite(base.direct * weight, Counter::NotFiniteDirect, statistics));
+        if let Some(first) = base.first {
+            add(&mut sums.albedo, first.albedo);
+            for (sum, n) in sums.normal.iter_mut().zip(first.normal.to_array()) {
+                *sum += f64::from(n);
+            }
+            sums.depth[0] += f64::from(first.depth);
+        }
+        if !self.plan.technique.measures_gradients() {
+            return;
+        }
+        for offset in Offset::IMAGE {
+            let (dx, dy) = offset.displacement();
+            if !self.plan.extent.contains(i64::from(x) + dx, i64::from(y) + dy) {
+                statistics.add(Counter::ShiftOutsideFilm, 1);
+                continue;
+            }
+            if base.vertices.is_empty() {
+                // The camera saw no surface: there is nothing to shift.
+                continue;
+            }
+            let camera = self.view.ray([film[0] + dx as f32, film[1] + dy as f32], lens);
+            self.shift.shift(self.scene, base, &camera, &mut scratch.offset);
+            let (difference, rays) = difference(self.scene, base, &scratch.offset);
+            statistics.add(Counter::Rays, u64::from(scratch.offset.rays + rays));
+            tell(self.plan.shift, base, &scratch.offset, statistics);
+            // A backward step measures this − previous: the difference turns its sign.
+            let difference = finite(difference * weight, Counter::NotFiniteGradient, statistics) * f32::from(offset.step);
+            add(&mut sums_of_half.gradient[offset.index()], difference);
+            sums_of_half.gradient_squared[offset.index()][0] += f64::from(difference.square_sum());
+        }
+    }
+}
