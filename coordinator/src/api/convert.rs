@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use gradfarm_core::film::{Counter, Statistics};
 use gradfarm_core::plan::Plan;
 
 use super::json;
@@ -74,7 +73,7 @@ impl From<JobView> for json::Job {
             tile: job.tile,
             frames: job.frames.iter().map(|frame| json::Frame::of(id, frame)).collect(),
             seconds: job.seconds.into(),
-            statistics: counters(&job.statistics),
+            statistics: job.statistics.by_name(),
         }
     }
 }
@@ -127,15 +126,10 @@ impl json::Frame {
             progress: json::Progress { units: frame.units.into(), samples: frame.samples.into() },
             seconds: frame.seconds.into(),
             estimated_relmse: frame.estimated_relmse,
-            statistics: counters(&frame.statistics),
+            statistics: frame.statistics.by_name(),
             files,
         }
     }
-}
-
-/// Counters by name.
-pub(super) fn counters(statistics: &Statistics) -> BTreeMap<String, u64> {
-    Counter::ALL.into_iter().map(|counter| (counter.name().to_owned(), statistics.get(counter))).collect()
 }
 
 fn file_address(job: JobId, frame: u32, kind: FileKind) -> String {

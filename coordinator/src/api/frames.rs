@@ -40,6 +40,11 @@ pub(super) async fn png(service: State<Handle>, address: Address) -> Result<Resp
     file(service, address, FileKind::Png, "image/png").await
 }
 
+/// `GET /jobs/{job}/frames/{frame}/frame.json`: what was counted, tile by tile.
+pub(super) async fn statistics(service: State<Handle>, address: Address) -> Result<Response, Problem> {
+    file(service, address, FileKind::Statistics, "application/json").await
+}
+
 async fn file(State(service): State<Handle>, address: Address, kind: FileKind, media_type: &'static str) -> Result<Response, Problem> {
     let (job, frame) = parse(address)?;
     let bytes = service.frame_file(job, frame, kind).await?;

@@ -13,6 +13,7 @@
 //! | GET | `/jobs/{id}/frames/{n}` | one frame |
 //! | GET | `/jobs/{id}/frames/{n}/tiles` | its tiles |
 //! | GET | `/jobs/{id}/frames/{n}/frame.exr`, `frame.png` | its files |
+//! | GET | `/jobs/{id}/frames/{n}/frame.json` | what was counted, tile by tile |
 //! | POST | `/assets` | upload a file |
 //! | HEAD | `/assets/{digest}` | whether a file is there |
 //! | GET | `/workers` | the connected workers |
@@ -61,6 +62,7 @@ pub fn router(handle: Handle) -> Router {
         .route("/jobs/{job}/frames/{frame}/tiles", get(frames::tiles))
         .route("/jobs/{job}/frames/{frame}/frame.exr", get(frames::exr))
         .route("/jobs/{job}/frames/{frame}/frame.png", get(frames::png))
+        .route("/jobs/{job}/frames/{frame}/frame.json", get(frames::statistics))
         .route("/assets", post(assets::upload).layer(DefaultBodyLimit::max(UPLOAD_BYTES)))
         .route("/assets/{digest}", head(assets::check))
         .route("/workers", get(workers::list))

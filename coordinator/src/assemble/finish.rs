@@ -4,10 +4,12 @@ use std::io::Cursor;
 use std::time::Instant;
 
 use bytes::Bytes;
-use gradfarm_core::film::Film;
+use gradfarm_core::film::{Film, Statistics};
+use gradfarm_core::lattice::Tile;
 use gradfarm_core::output::{self, exr, png};
 use gradfarm_core::reconstruction::{Reconstructed, reconstruct};
 
+use super::counted::FrameStatistics;
 use super::stitch::Stitched;
 use super::{AssembleError, Task};
 use crate::job::{Assembled, FileKind, FileRecord, JobRecord, Seconds};
@@ -24,8 +26,8 @@ struct Written {
 
 /// Reconstructs, writes, and stores the files.
 pub(super) async fn finish(task: Task, stitched: Stitched, blobs: &Blobs) -> Result<Assembled, AssembleError> {
-    let Stitched { film, seconds: stitch } = stitched;
-    let written = tokio::task::spawn_blocking(move || work(&task.record, film)).await??;
+    let Stitched { film, tiles, seconds: stitch } = stitched;
+    let written = tokio::task::spawn_blocking(move || work(&task, film, &tiles)).await??;
     let start = Instant::now();
     let mut files = Vec::with_capacity(written.files.len());
     for (kind, bytes) in written.files {
@@ -41,13 +43,16 @@ pub(super) async fn finish(task: Task, stitched: Stitched, blobs: &Blobs) -> Res
     })
 }
 
-fn work(record: &JobRecord, film: Film) -> Result<Written, AssembleError> {
+fn work(task: &Task, film: Film, tiles: &[(Tile, Statistics)]) -> Result<Written, AssembleError> {
+    let record = &task.record;
     let start = Instant::now();
     let reconstructed = reconstruct(&film, record.plan.reconstruction, record.plan.alpha)?;
     let reconstruct = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let (exr, png) = rayon::join(|| encode_exr(record, &film, &reconstructed), || png::encode(&reconstructed.image, 1.0));
-    let files = vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into())];
+    let counted = FrameStatistics::of(record.first_frame + task.position, &film.statistics, tiles);
+    let counted = serde_json::to_vec(&counted).map_err(AssembleError::Statistics)?;
+    let files = vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into()), (FileKind::Statistics, counted.into())];
     Ok(Written { files, reconstruct, write: start.elapsed().as_secs_f64(), estimated_relmse: reconstructed.estimated_relmse, film })
 }
 

@@ -2,6 +2,7 @@
 //!
 //! The order is that of the unit numbers, whenever the blocks arrived: so a frame has the same bits whoever rendered what.
 
+mod counted;
 mod finish;
 mod stitch;
 
@@ -50,6 +51,8 @@ enum AssembleError {
     Reconstruct(#[from] gradfarm_core::reconstruction::ReconstructError),
     #[error("writing: {0}")]
     Output(#[from] gradfarm_core::output::Error),
+    #[error("writing the statistics: {0}")]
+    Statistics(serde_json::Error),
     #[error("the computation broke off: {0}")]
     Panicked(#[from] tokio::task::JoinError),
 }

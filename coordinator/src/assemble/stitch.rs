@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use bytes::Bytes;
 use futures::{StreamExt, TryStreamExt, stream};
-use gradfarm_core::film::{Film, FrameFold, PlaneKind, TileFold};
+use gradfarm_core::film::{Film, FrameFold, PlaneKind, Statistics, TileFold};
 use gradfarm_core::lattice::Tile;
 use gradfarm_proto::{block, limits};
 
@@ -17,6 +17,8 @@ use crate::store::{Blobs, Store};
 pub(super) struct Stitched {
     /// Its means.
     pub(super) film: Film,
+    /// What was counted in each tile, row by row.
+    pub(super) tiles: Vec<(Tile, Statistics)>,
     /// How long it took [s].
     pub(super) seconds: f64,
 }
@@ -41,12 +43,14 @@ pub(super) async fn stitch(task: &Task, store: &dyn Store, blobs: &Blobs) -> Res
         tiles.push(fold_tile(*tile, layout.clone(), ranges.clone().map(unit).collect::<Result<_, _>>()?, blobs.clone()));
     }
     let mut folds = stream::iter(tiles).buffered(cores);
+    let mut counted = Vec::with_capacity(task.split.tiles().len());
     while let Some(fold) = folds.try_next().await? {
         // Copying a tile's means takes less than handing it to another thread.
         frame.place(&fold)?;
+        counted.push((fold.tile(), *fold.statistics()));
     }
     let film = tokio::task::spawn_blocking(move || frame.finish()).await??;
-    Ok(Stitched { film, seconds: start.elapsed().as_secs_f64() })
+    Ok(Stitched { film, tiles: counted, seconds: start.elapsed().as_secs_f64() })
 }
 
 async fn fold_tile(

@@ -38,6 +38,8 @@ pub(super) struct LocalDone {
     pub(super) exr: Bytes,
     /// Its PNG file.
     pub(super) png: Bytes,
+    /// What was counted, as JSON.
+    pub(super) statistics: Bytes,
 }
 
 impl LocalJob<'_> {
@@ -115,5 +117,6 @@ async fn files(handle: &Handle, view: JobView) -> Result<LocalDone, Error> {
     let (job, frame) = (view.summary.id, Frames::default().first);
     let exr = handle.frame_file(job, frame, FileKind::Exr).await?;
     let png = handle.frame_file(job, frame, FileKind::Png).await?;
-    Ok(LocalDone { view, exr, png })
+    let statistics = handle.frame_file(job, frame, FileKind::Statistics).await?;
+    Ok(LocalDone { view, exr, png, statistics })
 }

@@ -8,6 +8,7 @@ mod files;
 mod follow;
 mod import;
 mod local;
+mod method;
 mod options;
 mod plan;
 mod progress;

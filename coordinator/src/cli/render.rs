@@ -48,6 +48,9 @@ pub(super) struct Render {
     /// Rendering threads of each worker [default: the cores shared out]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(embedded::THREADS_MOST)))]
     threads: Option<u16>,
+    /// Write what was counted, tile by tile, to this file: shifts by outcome and cause, rays, values that were not finite
+    #[arg(long, value_name = "FILE.json")]
+    statistics: Option<PathBuf>,
     /// Print one JSON object instead of a table
     #[arg(long)]
     json: bool,
@@ -58,16 +61,17 @@ impl Render {
     pub(super) fn run(self) -> Result<(), Error> {
         telemetry::start("warn", telemetry::Format::Text).map_err(Error::Usage)?;
         let outputs = Target::check_image(&self.output)?;
+        let statistics = self.statistics.as_deref().map(Target::check).transpose()?;
         let mut clock = Clock::start();
         let loaded = scene::read(&self.scene)?;
         // The coordinator plans again; this only tells at once what it would refuse.
         plan::resolve(&loaded.description, &self.options.request())?;
         clock.loaded();
-        let report = super::runtime()?.block_on(self.render(&loaded, &outputs, clock))?;
+        let report = super::runtime()?.block_on(self.render(&loaded, &outputs, statistics.as_ref(), clock))?;
         if self.json { terminal::json(&report.json()) } else { report.print() }
     }
 
-    async fn render(&self, loaded: &Loaded, outputs: &ImageTarget, mut clock: Clock) -> Result<Report, Error> {
+    async fn render(&self, loaded: &Loaded, outputs: &ImageTarget, statistics: Option<&Target>, mut clock: Clock) -> Result<Report, Error> {
         let threads = embedded::threads(self.workers, self.threads);
         let job =
             LocalJob { name: scene::job_name(&self.scene), loaded, request: self.options.request(), tile: self.tile, threads: &threads };
@@ -75,6 +79,7 @@ impl Render {
         let writing = Instant::now();
         outputs.exr.write(&done.exr)?;
         outputs.png.write(&done.png)?;
+        statistics.map(|target| target.write(&done.statistics)).transpose()?;
         clock.wrote(writing.elapsed());
         Ok(Report::new(&done.view, &threads, clock, outputs.exr.path(), outputs.png.path()))
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use gradfarm_core::film::Counter;
 use serde::Serialize;
 
 use super::error::Error;
@@ -165,11 +166,32 @@ impl Report {
             terminal::line(format_args!("  {name:12} {seconds:9.3} s{note}"))?;
         }
         terminal::line(format_args!("  {:12} {:9.3} s", "in all", phases.total))?;
+        if let Some(told) = shifts(&self.job.statistics) {
+            terminal::line(told)?;
+        }
         if let Some(relmse) = self.estimated_relmse() {
             terminal::line(format_args!("estimated relMSE {relmse:.3e}"))?;
         }
         terminal::line(format_args!("{} and {}", self.exr.display(), self.png.display()))
     }
+}
+
+/// What became of the shifts, in shares of all that were tried; `None` where there were none.
+fn shifts(statistics: &BTreeMap<String, u64>) -> Option<String> {
+    // Pairs that reach beyond the film were never tried.
+    let tried = |name: &str| name.starts_with("shift_") && name != Counter::ShiftOutsideFilm.name();
+    let mut outcomes: Vec<(&str, u64)> =
+        statistics.iter().filter(|(name, count)| tried(name) && **count > 0).map(|(name, count)| (name.as_str(), *count)).collect();
+    let all: u64 = outcomes.iter().map(|(_, count)| count).sum();
+    outcomes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let told: Vec<String> = outcomes
+        .iter()
+        .map(|(name, count)| {
+            let words = name.trim_start_matches("shift_").replace('_', " ");
+            format!("{words} {:.1} %", 100.0 * *count as f64 / all as f64)
+        })
+        .collect();
+    (all > 0).then(|| format!("shifts: {}", told.join(", ")))
 }
 
 fn plural(count: usize, what: &str) -> String {

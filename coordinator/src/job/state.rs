@@ -71,17 +71,20 @@ pub enum FileKind {
     Exr,
     /// The image tone-mapped to eight bits.
     Png,
+    /// What was counted, tile by tile.
+    Statistics,
 }
 
 impl FileKind {
     /// Every kind.
-    pub const ALL: [FileKind; 2] = [FileKind::Exr, FileKind::Png];
+    pub const ALL: [FileKind; 3] = [FileKind::Exr, FileKind::Png, FileKind::Statistics];
 
     /// Name in the store; also the usual ending of the file.
     pub fn name(self) -> &'static str {
         match self {
             FileKind::Exr => "exr",
             FileKind::Png => "png",
+            FileKind::Statistics => "json",
         }
     }
 }

@@ -95,6 +95,16 @@ impl TileFold {
         Ok(())
     }
 
+    /// Where it lies.
+    pub fn tile(&self) -> Tile {
+        self.tile
+    }
+
+    /// Counters summed over its blocks.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
     /// Samples per pixel so far.
     pub fn samples(&self) -> u32 {
         self.samples

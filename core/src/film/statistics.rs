@@ -1,5 +1,7 @@
 //! Counts of what happened while samples were traced: they tell why gradients are good or bad in a scene.
 
+use std::collections::BTreeMap;
+
 /// Names of the counters, in storage order.
 ///
 /// `shift_*` count one outcome for each (base path, neighbour); `not_finite_*` count contributions that were replaced by zero.
@@ -127,6 +129,11 @@ impl Statistics {
     /// Contributions that were replaced by zero because they were not finite.
     pub fn not_finite(&self) -> u64 {
         Counter::NOT_FINITE.into_iter().map(|counter| self.get(counter)).sum()
+    }
+
+    /// All of them by name.
+    pub fn by_name(&self) -> BTreeMap<String, u64> {
+        Counter::ALL.into_iter().map(|counter| (counter.name().to_owned(), self.get(counter))).collect()
     }
 
     /// Adds to one counter.

@@ -1,0 +1,60 @@
+//! The statistics file of a frame: what was counted while it was traced, tile by tile.
+
+use std::collections::BTreeMap;
+
+use gradfarm_core::film::Statistics;
+use gradfarm_core::lattice::Tile;
+use serde::Serialize;
+
+/// The file.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct FrameStatistics {
+    /// Frame number.
+    frame: u32,
+    /// Counters summed over the frame, by name.
+    counters: BTreeMap<String, u64>,
+    /// The same for each tile, row by row.
+    tiles: Vec<TileStatistics>,
+}
+
+/// What was counted in a tile.
+#[derive(Clone, Debug, Serialize)]
+struct TileStatistics {
+    /// First column and row [pixels].
+    x: u32,
+    y: u32,
+    /// Size [pixels].
+    width: u32,
+    height: u32,
+    /// Counters by name; those that are zero are left out.
+    counters: BTreeMap<String, u64>,
+}
+
+impl FrameStatistics {
+    /// What a frame and its tiles counted.
+    pub(super) fn of(frame: u32, all: &Statistics, tiles: &[(Tile, Statistics)]) -> Self {
+        let tile = |(tile, statistics): &(Tile, Statistics)| {
+            let mut counters = statistics.by_name();
+            counters.retain(|_, count| *count > 0);
+            TileStatistics { x: tile.x, y: tile.y, width: tile.width, height: tile.height, counters }
+        };
+        Self { frame, counters: all.by_name(), tiles: tiles.iter().map(tile).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gradfarm_core::film::Counter;
+
+    #[test]
+    fn tiles_name_what_they_counted() {
+        let mut statistics = Statistics::default();
+        statistics.add(Counter::ShiftOccluded, 7);
+        let tile = Tile { x: 8, y: 0, width: 8, height: 4 };
+        let told = serde_json::to_value(FrameStatistics::of(3, &statistics, &[(tile, statistics)])).unwrap();
+        assert_eq!((told["frame"].as_u64(), told["counters"]["shift_occluded"].as_u64()), (Some(3), Some(7)));
+        assert_eq!(told["counters"]["samples"].as_u64(), Some(0));
+        assert_eq!(told["tiles"][0], serde_json::json!({"x": 8, "y": 0, "width": 8, "height": 4, "counters": {"shift_occluded": 7}}));
+    }
+}
