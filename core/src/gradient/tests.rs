@@ -1,6 +1,6 @@
 //! E[gradient] = difference of converged primals, gradients that are exactly zero, and primals that gradients do not touch.
 
-use crate::film::{Film, FrameFold, PlaneKind, TileFold};
+use crate::film::{Counter, Film, FrameFold, PlaneKind, TileFold};
 use crate::material::{Bsdf, Material, Textured};
 use crate::math::Vec3;
 use crate::medium::MediumId;
@@ -9,54 +9,9 @@ use crate::render::render_unit;
 use crate::scene::{Boundary, Scene};
 use crate::sensor::{PixelFilter, Projection};
 use crate::spectrum::Spectrum;
+use crate::testing::films::{self, Estimate, agree, render};
 use crate::testing::{Stage, diffuse, plan, scenes};
 use crate::texture::{ColourInput, ScalarInput};
-use rayon::prelude::*;
-
-fn render(scene: &Scene, plan: &Plan) -> Film {
-    let layout = plan.layout();
-    let mut frame = FrameFold::new(plan.extent, &layout);
-    let folds: Vec<TileFold> = plan
-        .extent
-        .tiles(2)
-        .into_par_iter()
-        .map(|tile| {
-            let mut fold = TileFold::new(tile, &layout);
-            for samples in plan.sample_ranges() {
-                fold.add(&render_unit(scene, plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
-            }
-            fold
-        })
-        .collect();
-    for fold in &folds {
-        frame.place(fold).unwrap();
-    }
-    frame.finish().unwrap()
-}
-
-/// Means over independent seeds with the variance of that mean, per value.
-struct Estimate {
-    mean: Vec<f64>,
-    variance: Vec<f64>,
-}
-
-fn estimate(runs: &[Vec<f32>]) -> Estimate {
-    let n = runs.len() as f64;
-    let values = runs[0].len();
-    let mean: Vec<f64> = (0..values).map(|k| runs.iter().map(|r| f64::from(r[k])).sum::<f64>() / n).collect();
-    let variance = (0..values).map(|k| runs.iter().map(|r| (f64::from(r[k]) - mean[k]).powi(2)).sum::<f64>() / (n * (n - 1.0))).collect();
-    Estimate { mean, variance }
-}
-
-/// z-scores of the difference of two independent estimates, zero variances left out.
-fn z_scores(a: &Estimate, b: &Estimate) -> Vec<f64> {
-    (0..a.mean.len())
-        .filter_map(|k| {
-            let v = a.variance[k] + b.variance[k];
-            (v > 0.0).then(|| (a.mean[k] - b.mean[k]) / v.sqrt())
-        })
-        .collect()
-}
 
 const EDGE: u32 = 8;
 const RUNS: u64 = 24;
@@ -67,36 +22,26 @@ fn gradients_estimate_the_difference_of_primals() {
         // Independent seeds for gradients and primals, so that the z-scores are honest.
         let gradients: Vec<Film> = (0..RUNS).map(|s| render(&scene, &plan(Technique::Gpt, EDGE, 256, 6, s))).collect();
         let primals: Vec<Film> = (0..RUNS).map(|s| render(&scene, &plan(Technique::Pt, EDGE, 768, 6, 1000 + s))).collect();
-        let plane = |f: &Film, vertical: bool| {
-            let g = f.combined().gradients.unwrap();
-            if vertical { g.dy.data().to_vec() } else { g.dx.data().to_vec() }
-        };
-        let finite = |f: &Film, vertical: bool| {
-            let i = f.combined().primal;
-            let mut out = Vec::new();
-            for c in 0..3 {
-                for y in 0..EDGE {
-                    for x in 0..EDGE {
-                        let (nx, ny) = if vertical { (x, y + 1) } else { (x + 1, y) };
-                        out.push(if nx < EDGE && ny < EDGE { i.at(nx, ny, c) - i.at(x, y, c) } else { 0.0 });
-                    }
-                }
-            }
-            out
-        };
         for vertical in [false, true] {
-            let a = estimate(&gradients.iter().map(|f| plane(f, vertical)).collect::<Vec<_>>());
-            let b = estimate(&primals.iter().map(|f| finite(f, vertical)).collect::<Vec<_>>());
-            let z = z_scores(&a, &b);
-            let worst = z.iter().fold(0.0f64, |w, z| w.max(z.abs()));
-            let n = z.len() as f64;
-            let mean = z.iter().sum::<f64>() / n;
-            let spread = z.iter().map(|z| z * z).sum::<f64>() / n;
-            eprintln!("{name} vertical {vertical}: worst |z| {worst:.2}, mean {mean:.3}, mean square {spread:.3} over {n}");
-            // t-distributed with about 46 degrees: at a Šidák-corrected 10⁻³ over 2·6·168 values |z| stays below 5.6.
-            assert!(worst < 5.6, "{name}: worst z {worst}");
-            assert!(spread < 1.4, "{name}: mean square z {spread}");
+            let a = Estimate::of(&gradients.iter().map(|f| films::gradients(f, vertical)).collect::<Vec<_>>());
+            let finite = |f: &Film| films::finite_differences(&f.combined().primal, vertical);
+            let b = Estimate::of(&primals.iter().map(finite).collect::<Vec<_>>());
+            agree(&format!("{name}, vertical {vertical}"), &a, &b);
         }
+    }
+}
+
+#[test]
+fn roulette_on_shifts_changes_no_mean() {
+    let (name, scene) = scenes().into_iter().next().unwrap();
+    let skipping = |s| Plan { shift_survival: 0.1, ..plan(Technique::Gpt, EDGE, 256, 6, s) };
+    let skipped: Vec<Film> = (0..RUNS).map(|s| render(&scene, &skipping(s))).collect();
+    let always: Vec<Film> = (0..RUNS).map(|s| render(&scene, &plan(Technique::Gpt, EDGE, 256, 6, 1000 + s))).collect();
+    let share = skipped[0].statistics.get(Counter::ShiftSkipped) as f64 / skipped[0].statistics.get(Counter::Samples) as f64;
+    assert!(share > 0.2, "{name}: only {share} shifts a path were skipped");
+    for vertical in [false, true] {
+        let of = |films: &[Film]| Estimate::of(&films.iter().map(|f| films::gradients(f, vertical)).collect::<Vec<_>>());
+        agree(&format!("{name}, vertical {vertical}"), &of(&skipped), &of(&always));
     }
 }
 

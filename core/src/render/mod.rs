@@ -1,9 +1,11 @@
 //! The pure function that the farm maps over units of work.
 //!
-//! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`); `sums` is what a pixel adds up, `outcome` what is counted.
+//! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`); `roulette` skips shifts of dark paths,
+//! `sums` is what a pixel adds up, `outcome` what is counted.
 
 mod outcome;
 mod pixel;
+mod roulette;
 mod sums;
 
 use crate::film::{FilmBlock, PlaneKind, Statistics};

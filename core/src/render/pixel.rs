@@ -1,6 +1,7 @@
 //! One sample of one pixel: its base path, and the difference to each neighbour.
 
 use super::outcome::{finite, tell};
+use super::roulette::ShiftRoulette;
 use super::sums::{PixelSums, add};
 use crate::film::{Counter, Statistics};
 use crate::gradient::difference;
@@ -28,22 +29,16 @@ pub(super) struct PixelRenderer<'a> {
     frame: u32,
     integrator: PathIntegrator,
     shift: Box<dyn ShiftMap>,
+    roulette: ShiftRoulette,
 }
 
 impl<'a> PixelRenderer<'a> {
     pub(super) fn new(scene: &'a Scene, plan: &'a Plan, frame: u32) -> Self {
-        Self {
-            scene,
-            plan,
-            view: scene.sensor.view(plan.extent),
-            frame,
-            integrator: PathIntegrator {
-                max_depth: plan.max_depth,
-                roulette_depth: plan.roulette_depth,
-                shift_threshold: plan.shift_threshold,
-            },
-            shift: shift::build(plan.shift, plan.shift_threshold),
-        }
+        let view = scene.sensor.view(plan.extent);
+        let integrator =
+            PathIntegrator { max_depth: plan.max_depth, roulette_depth: plan.roulette_depth, shift_threshold: plan.shift_threshold };
+        let roulette = ShiftRoulette::new(scene, plan, &view, &integrator);
+        Self { scene, plan, view, frame, integrator, shift: shift::build(plan.shift, plan.shift_threshold), roulette }
     }
 
     /// Adds one sample of a pixel to its sums.
@@ -77,6 +72,7 @@ impl<'a> PixelRenderer<'a> {
         if !self.plan.technique.measures_gradients() {
             return;
         }
+        let survival = self.roulette.survival(primal);
         for offset in Offset::IMAGE {
             let (dx, dy) = offset.displacement();
             if !self.plan.extent.contains(i64::from(x) + dx, i64::from(y) + dy) {
@@ -87,13 +83,17 @@ impl<'a> PixelRenderer<'a> {
                 // The camera saw no surface: there is nothing to shift.
                 continue;
             }
+            if survival < 1.0 && stream.number(Dimension::shift(offset.index())) >= survival {
+                statistics.add(Counter::ShiftSkipped, 1);
+                continue;
+            }
             let camera = self.view.ray([film[0] + dx as f32, film[1] + dy as f32], lens);
             self.shift.shift(self.scene, base, &camera, &mut scratch.offset);
             let (difference, rays) = difference(self.scene, base, &scratch.offset);
             statistics.add(Counter::Rays, u64::from(scratch.offset.rays + rays));
             tell(self.plan.shift, base, &scratch.offset, statistics);
             // A backward step measures this − previous: the difference turns its sign.
-            let difference = finite(difference * weight, Counter::NotFiniteGradient, statistics) * f32::from(offset.step);
+            let difference = finite(difference * (weight / survival), Counter::NotFiniteGradient, statistics) * f32::from(offset.step);
             add(&mut sums_of_half.gradient[offset.index()], difference);
             sums_of_half.gradient_squared[offset.index()][0] += f64::from(difference.square_sum());
         }

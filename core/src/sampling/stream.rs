@@ -50,6 +50,12 @@ impl Dimension {
         if i == 0 { Self::vertex(vertex, 7) } else { Dimension(LEGS | (vertex as u32) << 12 | (i & 0xfff)) }
     }
 
+    /// Russian roulette on the shift to the neighbour of this index.
+    #[inline]
+    pub fn shift(neighbour: usize) -> Dimension {
+        Dimension(SHIFTS | neighbour as u32)
+    }
+
     /// Russian roulette.
     #[inline]
     pub fn roulette(vertex: usize) -> Dimension {
@@ -57,6 +63,8 @@ impl Dimension {
     }
 }
 
+/// Dimensions from here on decide about shifts.
+const SHIFTS: u32 = 1 << 30;
 /// Dimensions from here on belong to legs that need more than one number.
 const LEGS: u32 = 1 << 31;
 

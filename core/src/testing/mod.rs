@@ -1,5 +1,7 @@
 //! Small scenes built in code, for the tests of transport.
 
+pub(crate) mod films;
+
 use crate::geometry::{Analytic, Cylinder, Disk, Mesh, ShapeId, Sphere, WorldBuilder};
 use crate::lattice::Extent;
 use crate::light::{AreaLight, DirectionalLight, Emitter, Environment, Falloff, ImageEnvironment, Light, Lights, PointLight, SpotLight};
