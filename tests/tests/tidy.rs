@@ -117,7 +117,7 @@ fn all_sources() -> BTreeMap<String, String> {
 
 /// Whether a file holds tests only.
 fn is_test(name: &str) -> bool {
-    name.contains("/tests/") || name.ends_with("/tests.rs") || name.starts_with("tests/") || name == "core/src/testing.rs"
+    name.contains("/tests/") || name.ends_with("/tests.rs") || name.starts_with("tests/") || name.starts_with("core/src/testing/")
 }
 
 /// The lines of code of a file, numbered, without comments and without test modules: `mod name;` and what stands at the file's end.

@@ -115,7 +115,7 @@ impl Job {
     }
 
     fn kept_frame(&self, position: u32) -> Action {
-        Action::Keep(Change::Frame { job: self.record.id, position, frame: self.frames[position as usize].clone() })
+        Action::Keep(Change::Frame { job: self.record.id, position, frame: Box::new(self.frames[position as usize].clone()) })
     }
 
     /// Ends the job in a final state: takes all leases back and says so.

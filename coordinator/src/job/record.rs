@@ -86,7 +86,7 @@ pub enum Change {
         /// Position of the frame.
         position: u32,
         /// The frame.
-        frame: Frame,
+        frame: Box<Frame>,
     },
     /// A unit was leased. Refused unless the stored epoch is one less and the unit is not done.
     Leased {

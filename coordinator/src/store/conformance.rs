@@ -171,11 +171,11 @@ async fn frames_and_files_are_replaced(store: &dyn Store) {
     let record = record("frames");
     let job = record.id;
     let file = |text: &str| FileRecord { kind: FileKind::Png, blob: Digest::of(text.as_bytes()), size: 1 << 33 };
-    store.commit(&[submitted(&record), Change::Frame { job, position: 1, frame: frame(FrameState::Rendering) }]).await.unwrap();
+    store.commit(&[submitted(&record), Change::Frame { job, position: 1, frame: Box::new(frame(FrameState::Rendering)) }]).await.unwrap();
     let done = Frame { estimated_relmse: Some(1e-3), ..frame(FrameState::Done) };
     let changes = [
-        Change::Frame { job, position: 1, frame: done.clone() },
-        Change::Frame { job, position: 0, frame: frame(FrameState::Assembling) },
+        Change::Frame { job, position: 1, frame: Box::new(done.clone()) },
+        Change::Frame { job, position: 0, frame: Box::new(frame(FrameState::Assembling)) },
         Change::File { job, position: 1, file: file("old") },
         Change::File { job, position: 1, file: file("new") },
         Change::Worker { worker: WorkerId::fresh(), name: "w".into(), version: "1".into(), threads: 2, at: Timestamp::from_millis(1) },
@@ -191,7 +191,7 @@ async fn frames_and_files_are_replaced(store: &dyn Store) {
 async fn nothing_is_kept_of_unknown_jobs(store: &dyn Store) {
     let job = JobId::fresh();
     refused(store, Change::Job { job, state: JobState::Running, error: None, started: None, finished: None }).await;
-    refused(store, Change::Frame { job, position: 0, frame: frame(FrameState::Done) }).await;
+    refused(store, Change::Frame { job, position: 0, frame: Box::new(frame(FrameState::Done)) }).await;
     let file = FileRecord { kind: FileKind::Exr, blob: Digest::of(b""), size: 0 };
     refused(store, Change::File { job, position: 0, file }).await;
     refused(store, delivered(job, 0, 1)).await;

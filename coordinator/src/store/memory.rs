@@ -96,8 +96,8 @@ impl Tables {
             Change::Frame { job, position, frame } => {
                 let frames = &mut self.jobs.get_mut(job)?.frames;
                 match frames.binary_search_by_key(position, |(p, _)| *p) {
-                    Ok(at) => frames[at].1 = frame.clone(),
-                    Err(at) => frames.insert(at, (*position, frame.clone())),
+                    Ok(at) => frames[at].1 = (**frame).clone(),
+                    Err(at) => frames.insert(at, (*position, (**frame).clone())),
                 }
             }
             Change::Leased { job, unit, epoch, worker, .. } => {
