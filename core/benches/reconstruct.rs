@@ -55,7 +55,7 @@ fn film(extent: Extent) -> Film {
         gradients: Some(Gradients { dx: rgb.clone(), dy: rgb.clone(), dx_variance: grey.clone(), dy_variance: grey.clone() }),
     };
     let features = Features { albedo: rgb.clone(), normal: rgb, depth: grey };
-    Film { extent, halves: [half, empty], features, statistics: Statistics::default() }
+    Film { extent, halves: [half, empty], counts: None, features, statistics: Statistics::default() }
 }
 
 /// (α² + ∇ᵀ∇) x of one channel.

@@ -1,15 +1,19 @@
 //! The plan of a job: which technique, shift, planes and reconstruction, resolved from what the scene calls for and what was asked.
 
+mod guide;
+mod passes;
 mod resolve;
 mod switched;
 
 pub use crate::reconstruction::ReconstructionKind;
 pub use crate::shift::ShiftKind;
+pub use guide::{Guide, TileGuide};
+pub use passes::{Pass, Slice};
 pub use resolve::{PlanError, resolve};
 
 use crate::effects::Effect;
 use crate::film::PlaneKind;
-use crate::lattice::{Extent, SampleRange, Tile};
+use crate::lattice::{Extent, Half, SampleRange, Tile};
 
 /// The technique by the name that people use for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,6 +47,11 @@ impl Technique {
     /// Whether it measures gradients.
     pub fn measures_gradients(self) -> bool {
         self == Technique::Gpt
+    }
+
+    /// Whether pixels may have different numbers of samples: each is then measured by itself.
+    pub fn takes_rounds(self) -> bool {
+        matches!(self, Technique::Pt | Technique::Gpt)
     }
 }
 
@@ -89,7 +98,7 @@ pub struct Plan {
     pub technique: Technique,
     /// Reconstruction.
     pub reconstruction: ReconstructionKind,
-    /// Samples per pixel, both halves together, ≥ 1.
+    /// Samples per pixel, both halves together, ≥ 1; their mean over the film where there are several rounds.
     pub samples: u32,
     /// Samples per unit of work. It fixes the shape of the sums, so it depends on nothing but this version of the code.
     pub batch: u32,
@@ -123,10 +132,14 @@ impl Plan {
 
     /// The planes that each block carries.
     pub fn layout(&self) -> Vec<PlaneKind> {
-        PlaneKind::layout(self.technique.measures_gradients())
+        let mut layout = PlaneKind::layout(self.technique.measures_gradients());
+        if self.rounds > 1 {
+            layout.extend(Half::ALL.map(PlaneKind::Count));
+        }
+        layout
     }
 
-    /// The runs of samples that each tile is rendered in.
+    /// The runs of samples that each tile is rendered in, where samples are placed evenly; [`Plan::passes`] in any case.
     pub fn sample_ranges(&self) -> Vec<SampleRange> {
         SampleRange::batches(self.samples, self.batch)
     }

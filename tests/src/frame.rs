@@ -1,8 +1,9 @@
-//! A whole frame from the core alone: every unit of the plan, rendered and folded as the farm would.
+//! A whole frame from the core alone: every pass of the plan over every tile, rendered and folded as the farm would.
 
-use gradfarm_core::film::{Film, FoldError, FrameFold, TileFold};
-use gradfarm_core::plan::{Plan, WorkUnit};
-use gradfarm_core::render::render_unit;
+use gradfarm_core::film::{Film, FilmBlock, FoldError, FrameFold, Noise, TileFold};
+use gradfarm_core::lattice::Tile;
+use gradfarm_core::plan::{Guide, Pass, Plan, WorkUnit};
+use gradfarm_core::render::{render_guided, render_unit};
 use gradfarm_core::scene::Scene;
 use rayon::prelude::*;
 
@@ -14,22 +15,39 @@ const TILE: u32 = 8;
 /// # Errors
 /// If the blocks do not fold to a whole frame, which would be a fault of the core.
 pub fn render(scene: &Scene, plan: &Plan) -> Result<Film, FoldError> {
+    render_steered(scene, plan, TILE, |noise| noise)
+}
+
+/// The same with tiles of another size, and with other noise to steer by than what was measured: `steer` may change it.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_steered(scene: &Scene, plan: &Plan, edge: u32, steer: impl Fn([Noise; 2]) -> [Noise; 2]) -> Result<Film, FoldError> {
     let layout = plan.layout();
-    let folds: Vec<TileFold> = plan
-        .extent
-        .tiles(TILE)
-        .into_par_iter()
-        .map(|tile| {
-            let mut fold = TileFold::new(tile, &layout);
-            for samples in plan.sample_ranges() {
-                fold.add(&render_unit(scene, plan, &WorkUnit { frame: 0, tile, samples }))?;
-            }
-            Ok(fold)
-        })
-        .collect::<Result<_, FoldError>>()?;
-    let mut frame = FrameFold::new(plan.extent, &layout);
-    for fold in &folds {
-        frame.place(fold)?;
+    let fold = |folds: &[TileFold]| {
+        let mut frame = FrameFold::new(plan.extent, &layout);
+        folds.iter().try_for_each(|fold| frame.place(fold))?;
+        Ok::<_, FoldError>(frame)
+    };
+    let mut folds: Vec<TileFold> = plan.extent.tiles(edge).into_iter().map(|tile| TileFold::new(tile, &layout)).collect();
+    let mut guides: Vec<Guide> = Vec::new();
+    for pass in plan.passes() {
+        // Even passes come first: each round's guide is made as soon as the even samples of the rounds before it are there.
+        let round = guides.len() as u32 + 1;
+        if round < plan.rounds && pass.samples.first == plan.even_before(round) {
+            guides.push(Guide::new(plan, 0, round, &steer(fold(&folds)?.noise()?), &guides));
+        }
+        let tiles = plan.extent.tiles(edge);
+        let render = |(fold, tile): (&mut TileFold, Tile)| fold.add(&block(scene, plan, tile, &pass, &guides));
+        folds.par_iter_mut().zip(tiles).try_for_each(render)?;
     }
-    frame.finish()
+    fold(&folds)?.finish()
+}
+
+fn block(scene: &Scene, plan: &Plan, tile: Tile, pass: &Pass, guides: &[Guide]) -> FilmBlock {
+    let unit = WorkUnit { frame: 0, tile, samples: pass.samples };
+    match pass.slice.and_then(|slice| Guide::of_tile(guides, &slice, tile)) {
+        Some(guide) => render_guided(scene, plan, &unit, &guide),
+        None => render_unit(scene, plan, &unit),
+    }
 }

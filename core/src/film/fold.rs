@@ -1,7 +1,8 @@
 //! Adds blocks into a frame in one fixed order: by sample range within a tile, tiles wherever they lie.
 //!
 //! The values of a pixel come from the blocks of its own tile alone, added in f64 in the order of their sample ranges, which the
-//! plan fixes. So the bits of the film do not depend on tile size, on who rendered what, or on the order of arrival.
+//! plan fixes. So the bits of the film do not depend on tile size, on who rendered what, or on the order of arrival. Where the planes
+//! include counts, each pixel's sums are divided by its own; else by the number of samples that all pixels share.
 
 use super::block::{BlockError, FilmBlock};
 use super::image::Image;
@@ -105,9 +106,27 @@ impl TileFold {
         &self.statistics
     }
 
-    /// Samples per pixel so far.
+    /// Samples per pixel so far; their mean over the plan's film where pixels differ.
     pub fn samples(&self) -> u32 {
         self.samples
+    }
+
+    /// How many samples the sums of a plane run over, at one pixel of the tile. Counts stand for themselves.
+    fn count_behind(&self, kind: PlaneKind, pixel: usize) -> f64 {
+        let range = SampleRange { first: 0, count: self.samples };
+        let of = |half: Half| match self.layout.iter().position(|k| *k == PlaneKind::Count(half)) {
+            Some(k) => self.sums[k][pixel],
+            None => f64::from(range.count_of(half)),
+        };
+        match kind {
+            PlaneKind::Primal(h)
+            | PlaneKind::PrimalSquared(h)
+            | PlaneKind::Direct(h)
+            | PlaneKind::Gradient(h, _)
+            | PlaneKind::GradientSquared(h, _) => of(h),
+            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth => of(Half::A) + of(Half::B),
+            PlaneKind::Count(_) => 1.0,
+        }
     }
 }
 
@@ -148,16 +167,16 @@ impl FrameFold {
         if fold.samples != expected {
             return Err(FoldError::Samples { tile, expected, found: fold.samples });
         }
-        let range = SampleRange { first: 0, count: fold.samples };
         for (k, kind) in self.layout.iter().enumerate() {
-            let n = count_behind(*kind, range);
-            let scale = if n > 0 { 1.0 / f64::from(n) } else { 0.0 };
+            let scales: Vec<f64> =
+                (0..tile.pixels()).map(|i| fold.count_behind(*kind, i)).map(|n| if n > 0.0 { 1.0 / n } else { 0.0 }).collect();
             for channel in 0..kind.channels() {
                 let sums = &fold.sums[k][channel * tile.pixels()..(channel + 1) * tile.pixels()];
                 let plane = self.means[k].plane_mut(channel);
-                for (row, values) in sums.chunks_exact(tile.width as usize).enumerate() {
+                let width = tile.width as usize;
+                for (row, (values, scales)) in sums.chunks_exact(width).zip(scales.chunks_exact(width)).enumerate() {
                     let start = self.extent.index(tile.x, tile.y + row as u32);
-                    for (mean, sum) in plane[start..start + values.len()].iter_mut().zip(values) {
+                    for (mean, (sum, scale)) in plane[start..start + width].iter_mut().zip(values.iter().zip(scales)) {
                         *mean = (sum * scale) as f32;
                     }
                 }
@@ -175,36 +194,69 @@ impl FrameFold {
     /// # Errors
     /// If a pixel was never measured.
     pub fn finish(mut self) -> Result<Film, FoldError> {
-        let missing = self.placed.iter().filter(|placed| !**placed).count();
-        if missing > 0 {
-            return Err(FoldError::Incomplete { missing });
-        }
+        self.check_complete()?;
         let range = SampleRange { first: 0, count: self.samples.unwrap_or(0) };
-        let halves = Half::ALL.map(|half| self.half(half, range));
+        let counted = self.layout.contains(&PlaneKind::Count(Half::A));
+        let [a, b] = Half::ALL.map(|half| self.counts(half));
+        let counts = counted.then(|| {
+            let mut both = a.clone();
+            both.data_mut().iter_mut().zip(b.data()).for_each(|(sum, n)| *sum += n);
+            both
+        });
+        let halves = [self.half(Half::A, range, &a), self.half(Half::B, range, &b)];
         let features =
             Features { albedo: self.take(PlaneKind::Albedo), normal: self.take(PlaneKind::Normal), depth: self.take(PlaneKind::Depth) };
-        Ok(Film { extent: self.extent, halves, features, statistics: self.statistics })
+        Ok(Film { extent: self.extent, halves, counts, features, statistics: self.statistics })
     }
 
-    fn half(&mut self, half: Half, range: SampleRange) -> HalfFilm {
+    /// That every pixel was measured.
+    pub(super) fn check_complete(&self) -> Result<(), FoldError> {
+        match self.placed.iter().filter(|placed| !**placed).count() {
+            0 => Ok(()),
+            missing => Err(FoldError::Incomplete { missing }),
+        }
+    }
+
+    /// Size [pixels].
+    pub(super) fn extent(&self) -> Extent {
+        self.extent
+    }
+
+    /// Samples of a half, per pixel.
+    pub(super) fn counts(&self, half: Half) -> Image {
+        if let Some(k) = self.layout.iter().position(|kind| *kind == PlaneKind::Count(half)) {
+            return self.means[k].clone();
+        }
+        let mut counts = Image::new(self.extent, 1);
+        counts.data_mut().fill(SampleRange { first: 0, count: self.samples.unwrap_or(0) }.count_of(half) as f32);
+        counts
+    }
+
+    /// A plane's mean, if it was measured.
+    pub(super) fn mean(&self, kind: PlaneKind) -> Option<&Image> {
+        self.layout.iter().position(|k| *k == kind).map(|k| &self.means[k])
+    }
+
+    fn half(&mut self, half: Half, range: SampleRange, counts: &Image) -> HalfFilm {
         let samples = range.count_of(half);
         let primal = self.take(PlaneKind::Primal(half));
         let squares = self.take(PlaneKind::PrimalSquared(half));
         let mut primal_variance = Image::new(self.extent, 3);
-        for (v, (m, s)) in primal_variance.data_mut().iter_mut().zip(primal.data().iter().zip(squares.data())) {
-            *v = variance_of_mean(f64::from(*m) * f64::from(*m), f64::from(*s), samples);
+        let means = primal.data().iter().zip(squares.data());
+        for (v, ((m, s), n)) in primal_variance.data_mut().iter_mut().zip(means.zip(counts.data().iter().cycle())) {
+            *v = variance_of_mean(f64::from(*m) * f64::from(*m), f64::from(*s), *n);
         }
         let has_gradients = self.layout.contains(&PlaneKind::Gradient(half, Offset::IMAGE[0]));
         let gradients = has_gradients.then(|| {
-            let (dx, dx_variance) = self.difference(half, Offset::IMAGE[0], samples);
-            let (dy, dy_variance) = self.difference(half, Offset::IMAGE[2], samples);
+            let (dx, dx_variance) = self.difference(half, Offset::IMAGE[0], counts);
+            let (dy, dy_variance) = self.difference(half, Offset::IMAGE[2], counts);
             Gradients { dx, dy, dx_variance, dy_variance }
         });
         HalfFilm { samples, primal, primal_variance, direct: self.take(PlaneKind::Direct(half)), gradients }
     }
 
     /// Joins what the base pixel measured forward with what its neighbour measured backward.
-    fn difference(&mut self, half: Half, forward: Offset, samples: u32) -> (Image, Image) {
+    fn difference(&mut self, half: Half, forward: Offset, counts: &Image) -> (Image, Image) {
         let ahead = self.take(PlaneKind::Gradient(half, forward));
         let back = self.take(PlaneKind::Gradient(half, forward.reversed()));
         let ahead_squares = self.take(PlaneKind::GradientSquared(half, forward));
@@ -226,8 +278,8 @@ impl FrameFold {
                     square_ahead += a * a;
                     square_back += b * b;
                 }
-                let v = variance_of_mean(square_ahead, f64::from(ahead_squares.at(x, y, 0)), samples)
-                    + variance_of_mean(square_back, f64::from(back_squares.at(nx, ny, 0)), samples);
+                let v = variance_of_mean(square_ahead, f64::from(ahead_squares.at(x, y, 0)), counts.at(x, y, 0))
+                    + variance_of_mean(square_back, f64::from(back_squares.at(nx, ny, 0)), counts.at(nx, ny, 0));
                 variance.set(x, y, 0, v);
             }
         }
@@ -248,29 +300,30 @@ impl FrameFold {
     }
 }
 
-/// How many of the samples a plane's sums run over.
-fn count_behind(kind: PlaneKind, range: SampleRange) -> u32 {
-    match kind {
-        PlaneKind::Primal(h)
-        | PlaneKind::PrimalSquared(h)
-        | PlaneKind::Direct(h)
-        | PlaneKind::Gradient(h, _)
-        | PlaneKind::GradientSquared(h, _) => range.count_of(h),
-        PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth => range.count,
-    }
-}
-
 /// Unbiased estimate of the variance of a mean of `n` samples, from the squared mean and the mean square. Zero for n < 2.
-fn variance_of_mean(squared_mean: f64, mean_square: f64, n: u32) -> f32 {
-    if n < 2 {
+fn variance_of_mean(squared_mean: f64, mean_square: f64, n: f32) -> f32 {
+    if n < 2.0 {
         return 0.0;
     }
-    ((mean_square - squared_mean).max(0.0) / f64::from(n - 1)) as f32
+    ((mean_square - squared_mean).max(0.0) / (f64::from(n) - 1.0)) as f32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// How many of the samples a plane's sums run over.
+    fn count_behind(kind: PlaneKind, range: SampleRange) -> u32 {
+        match kind {
+            PlaneKind::Primal(h)
+            | PlaneKind::PrimalSquared(h)
+            | PlaneKind::Direct(h)
+            | PlaneKind::Gradient(h, _)
+            | PlaneKind::GradientSquared(h, _)
+            | PlaneKind::Count(h) => range.count_of(h),
+            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth => range.count,
+        }
+    }
 
     fn block(tile: Tile, samples: SampleRange, layout: &[PlaneKind], value: impl Fn(PlaneKind, u32, u32) -> f32) -> FilmBlock {
         let planes = layout
@@ -308,6 +361,35 @@ mod tests {
     fn film_does_not_depend_on_tiles() {
         assert_eq!(film(4, true), film(64, true));
         assert_eq!(film(3, false), film(5, false));
+    }
+
+    #[test]
+    fn counted_pixels_are_divided_by_their_own_counts() {
+        // Two blocks: the same sums everywhere, but the second one of 1 + x + y samples in each half.
+        let extent = Extent { width: 3, height: 2 };
+        let mut layout = PlaneKind::layout(true);
+        layout.extend(Half::ALL.map(PlaneKind::Count));
+        let mut fold = TileFold::new(extent.tiles(8)[0], &layout);
+        let range = |first, count| SampleRange { first, count };
+        let n = |x: u32, y: u32| (1 + x + y) as f32;
+        let even =
+            block(extent.tiles(8)[0], range(0, 4), &layout, |kind, _, _| if matches!(kind, PlaneKind::Count(_)) { 1.0 } else { 3.0 });
+        let mut guided = block(extent.tiles(8)[0], range(4, 4), &layout, |_, _, _| 0.0);
+        for (kind, values) in &mut guided.planes {
+            let share = if matches!(kind, PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth) { 2.0 } else { 1.0 };
+            let value = if matches!(kind, PlaneKind::Count(_)) { 1.0 } else { 3.0 };
+            values.iter_mut().enumerate().for_each(|(i, v)| *v = value * share * n(i as u32 % 6 % 3, i as u32 % 6 / 3));
+        }
+        fold.add(&even).unwrap();
+        fold.add(&guided).unwrap();
+        let mut frame = FrameFold::new(extent, &layout);
+        frame.place(&fold).unwrap();
+        let film = frame.finish().unwrap();
+        assert_eq!(film.halves[0].samples, 4);
+        assert!(film.halves.iter().all(|half| half.primal.data().iter().all(|v| *v == 3.0)));
+        assert!(film.features.albedo.data().iter().all(|v| *v == 3.0));
+        let counts = film.counts.unwrap();
+        assert_eq!((counts.at(0, 0, 0), counts.at(2, 1, 0)), (6.0, 12.0));
     }
 
     #[test]

@@ -1,17 +1,20 @@
 //! The film: what units of work measure, and how their sums become one frame.
 //!
-//! `plane` names the buffers, `block` is the result of one unit, `fold` adds blocks in a fixed order into a `Film`.
+//! `plane` names the buffers, `block` is the result of one unit, `fold` adds blocks in a fixed order into a `Film`, `noise` says how
+//! much a further sample of each pixel would help.
 //! Nothing here knows how the values were estimated.
 
 mod block;
 mod fold;
 mod image;
+mod noise;
 mod plane;
 mod statistics;
 
 pub use block::{BlockError, FilmBlock};
 pub use fold::{FoldError, FrameFold, TileFold};
 pub use image::Image;
+pub use noise::Noise;
 pub use plane::PlaneKind;
 pub use statistics::{Counter, Statistics};
 
@@ -24,6 +27,8 @@ pub struct Film {
     pub extent: Extent,
     /// The two independent halves, A and B.
     pub halves: [HalfFilm; 2],
+    /// Samples of each pixel, both halves together, where pixels differ in that. One channel.
+    pub counts: Option<Image>,
     /// Features of the first surface.
     pub features: Features,
     /// Sum over all units.
@@ -33,7 +38,7 @@ pub struct Film {
 /// Means of one half. Variances are of the *mean*, estimated from the samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfFilm {
-    /// Samples per pixel in this half.
+    /// Samples per pixel in this half; their mean where pixels differ.
     pub samples: u32,
     /// Radiance without directly visible emission. RGB.
     pub primal: Image,
@@ -71,7 +76,8 @@ pub struct Features {
 }
 
 impl Film {
-    /// Means over both halves together, weighted by their sample counts.
+    /// Means over both halves together, weighted by the samples that the plan gives each. Where pixels differ in their counts the weights
+    /// stay the same for all: each half's counts depend on the other's values, and weights that did would bias the mean.
     pub fn combined(&self) -> HalfFilm {
         let [a, b] = &self.halves;
         let n = f64::from(a.samples) + f64::from(b.samples);

@@ -22,13 +22,15 @@ pub enum PlaneKind {
     Normal,
     /// Distance along the ray to the first surface; rays that escape add zero. One channel.
     Depth,
+    /// Samples of this half that were summed, where their number differs from pixel to pixel. One channel.
+    Count(Half),
 }
 
 impl PlaneKind {
     /// Values per pixel.
     pub fn channels(self) -> usize {
         match self {
-            PlaneKind::GradientSquared(..) | PlaneKind::Depth => 1,
+            PlaneKind::GradientSquared(..) | PlaneKind::Depth | PlaneKind::Count(_) => 1,
             _ => 3,
         }
     }
@@ -42,6 +44,7 @@ impl PlaneKind {
             PlaneKind::Albedo => 6,
             PlaneKind::Normal => 7,
             PlaneKind::Depth => 8,
+            PlaneKind::Count(h) => 10 + h.index() as u32,
             PlaneKind::Gradient(h, o) => 16 + 4 * h.index() as u32 + o.index() as u32,
             PlaneKind::GradientSquared(h, o) => 24 + 4 * h.index() as u32 + o.index() as u32,
         }
@@ -58,12 +61,13 @@ impl PlaneKind {
             let gradients = Offset::IMAGE.into_iter().flat_map(move |o| [PlaneKind::Gradient(h, o), PlaneKind::GradientSquared(h, o)]);
             [PlaneKind::Primal(h), PlaneKind::PrimalSquared(h), PlaneKind::Direct(h)].into_iter().chain(gradients)
         });
-        per_half.chain([PlaneKind::Albedo, PlaneKind::Normal, PlaneKind::Depth])
+        per_half.chain([PlaneKind::Albedo, PlaneKind::Normal, PlaneKind::Depth]).chain(Half::ALL.map(PlaneKind::Count))
     }
 
-    /// The planes of a film, in storage order, with or without gradients.
+    /// The planes of a film whose pixels all have the same number of samples, in storage order, with or without gradients.
     pub fn layout(gradients: bool) -> Vec<PlaneKind> {
-        Self::all().filter(|kind| gradients || !matches!(kind, PlaneKind::Gradient(..) | PlaneKind::GradientSquared(..))).collect()
+        let of_gradients = |kind: &PlaneKind| matches!(kind, PlaneKind::Gradient(..) | PlaneKind::GradientSquared(..));
+        Self::all().filter(|kind| !matches!(kind, PlaneKind::Count(_)) && (gradients || !of_gradients(kind))).collect()
     }
 }
 
@@ -74,12 +78,12 @@ mod tests {
     #[test]
     fn codes_are_distinct_and_invertible() {
         let mut codes: Vec<u32> = PlaneKind::all().map(PlaneKind::code).collect();
-        assert_eq!(codes.len(), 25);
+        assert_eq!(codes.len(), 27);
         for kind in PlaneKind::all() {
             assert_eq!(PlaneKind::from_code(kind.code()), Some(kind));
         }
         codes.sort_unstable();
         codes.dedup();
-        assert_eq!(codes.len(), 25);
+        assert_eq!(codes.len(), 27);
     }
 }

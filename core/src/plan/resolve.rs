@@ -79,8 +79,7 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     in_range("edge of the groups that reuse paths", reuse_edge, limits::REUSE_EDGE, "pixels")?;
     let links = request.links.unwrap_or(DEFAULT_LINKS);
     in_range("links of a pixel", links, limits::LINKS, "links")?;
-    let rounds = request.rounds.unwrap_or(1);
-    in_range("rounds", rounds, limits::ROUNDS, "rounds")?;
+    let rounds = rounds(request, technique, samples, &mut reasons)?;
     let alpha = request.alpha.unwrap_or(DEFAULT_ALPHA);
     if !(alpha.is_finite() && alpha > 0.0) {
         return Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() });
@@ -185,6 +184,31 @@ fn carried(
         reasons.push(format!("{effect} are lost ({because}): no technique here finds that light; give the light some extent to see it"));
     }
     Ok(())
+}
+
+fn rounds(request: &Request, technique: Technique, samples: u32, reasons: &mut Vec<String>) -> Result<u32, PlanError> {
+    let rounds = request.rounds.unwrap_or(1);
+    in_range("rounds", rounds, limits::ROUNDS, "rounds")?;
+    if rounds == 1 {
+        return Ok(rounds);
+    }
+    if !technique.takes_rounds() {
+        return Err(PlanError::Missing {
+            choice: format!("placing samples in {rounds} rounds"),
+            missing: format!("pixels that are measured each by itself, which technique {} does not do", technique.name()),
+            try_instead: format!("technique {} or {}, or one round", Technique::Pt.name(), Technique::Gpt.name()),
+        });
+    }
+    let most = samples / Plan::ROUND;
+    if rounds > most {
+        let expected = format!("1 to {} with {samples} samples per pixel, {} for each round", most.max(1), Plan::ROUND);
+        return Err(PlanError::OutOfRange { what: "rounds", found: rounds.to_string(), expected });
+    }
+    let steer = if technique.measures_gradients() { "primal and differences are" } else { "the primal is" };
+    reasons.push(format!(
+        "{rounds} rounds: asked for; after the first one samples go where {steer} noisiest for their brightness, and {samples} is their mean"
+    ));
+    Ok(rounds)
 }
 
 fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<String>) -> Result<ReconstructionKind, PlanError> {
@@ -343,5 +367,18 @@ mod tests {
         assert!(ask(Request { extent: Some(Extent { width: 0, height: 4 }), ..base() }).contains("film width: found 0"));
         assert!(ask(Request { extent: Some(Extent { width: 9, height: 70_000 }), ..base() }).contains("film height: found 70000"));
         assert!(ask(Request { extent: Some(Extent { width: 60_000, height: 60_000 }), ..base() }).contains("60000 × 60000"));
+        assert!(ask(Request { rounds: Some(0), ..base() }).contains("rounds: found 0"));
+        let many = Request { rounds: Some(9), samples: Some(64), ..base() };
+        assert_eq!(ask(many), "rounds: found 9, expected 1 to 8 with 64 samples per pixel, 8 for each round");
+    }
+
+    #[test]
+    fn rounds_are_told() {
+        let plan = resolve(&lit(), &Request { rounds: Some(4), ..Request::default() }).unwrap();
+        assert_eq!(plan.rounds, 4);
+        assert!(says(&plan, "4 rounds: asked for; after the first one samples go where primal and differences are noisiest"));
+        let plan = resolve(&lit(), &Request::default()).unwrap();
+        assert_eq!(plan.rounds, 1);
+        assert!(!says(&plan, "rounds"));
     }
 }

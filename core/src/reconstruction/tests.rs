@@ -293,7 +293,7 @@ fn film(samples: [u32; 2], gradients: bool) -> Film {
         }),
     };
     let features = Features { albedo: Image::new(extent, 3), normal: Image::new(extent, 3), depth: Image::new(extent, 1) };
-    Film { extent, halves: [half(10, samples[0]), half(20, samples[1])], features, statistics: Statistics::default() }
+    Film { extent, halves: [half(10, samples[0]), half(20, samples[1])], counts: None, features, statistics: Statistics::default() }
 }
 
 #[test]

@@ -9,7 +9,8 @@ mod roulette;
 mod sums;
 
 use crate::film::{FilmBlock, PlaneKind, Statistics};
-use crate::plan::{Plan, WorkUnit};
+use crate::lattice::Half;
+use crate::plan::{Plan, TileGuide, WorkUnit};
 use crate::scene::Scene;
 use pixel::{PixelRenderer, Scratch};
 use sums::PixelSums;
@@ -19,6 +20,20 @@ use sums::PixelSums;
 /// Pure: the same scene, plan and unit give the same bits, so a retried unit is the same unit. The pixels of `unit.tile` must
 /// lie on the plan's film. Values that are not finite are counted and replaced by zero.
 pub fn render_unit(scene: &Scene, plan: &Plan, unit: &WorkUnit) -> FilmBlock {
+    let samples = unit.samples.first..unit.samples.end();
+    pixel_by_pixel(scene, plan, unit, |_| samples.clone().map(|sample| (Half::of_sample(sample), sample / 2)))
+}
+
+/// Renders one unit of a guided pass: of each pixel of `unit.tile` the samples that `guide` names.
+///
+/// As pure as [`render_unit`]. `unit.samples` only says where the block stands among the tile's blocks. A guide of another number of
+/// pixels than the tile leaves the others without samples.
+pub fn render_guided(scene: &Scene, plan: &Plan, unit: &WorkUnit, guide: &TileGuide) -> FilmBlock {
+    pixel_by_pixel(scene, plan, unit, |pixel| guide.samples(pixel))
+}
+
+/// Renders a unit of a technique that measures each pixel by itself: of every pixel the samples by half and index within it.
+fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(scene: &Scene, plan: &Plan, unit: &WorkUnit, samples: impl Fn(usize) -> I) -> FilmBlock {
     let renderer = PixelRenderer::new(scene, plan, unit.frame);
     let layout = plan.layout();
     let mut planes: Vec<(PlaneKind, Vec<f32>)> =
@@ -27,11 +42,10 @@ pub fn render_unit(scene: &Scene, plan: &Plan, unit: &WorkUnit) -> FilmBlock {
     let mut scratch = Scratch::default();
     let pixels = unit.tile.pixels();
     for index in 0..pixels {
-        let x = unit.tile.x + index as u32 % unit.tile.width;
-        let y = unit.tile.y + index as u32 / unit.tile.width;
+        let place = [unit.tile.x + index as u32 % unit.tile.width, unit.tile.y + index as u32 / unit.tile.width];
         let mut sums = PixelSums::default();
-        for sample in unit.samples.first..unit.samples.end() {
-            renderer.sample(x, y, sample, &mut scratch, &mut sums, &mut statistics);
+        for sample in samples(index) {
+            renderer.sample(place, sample, &mut scratch, &mut sums, &mut statistics);
         }
         for (kind, values) in &mut planes {
             let (sum, channels) = sums.of(*kind);

@@ -41,12 +41,18 @@ impl<'a> PixelRenderer<'a> {
         Self { scene, plan, view, frame, integrator, shift: shift::build(plan.shift, plan.shift_threshold), roulette }
     }
 
-    /// Adds one sample of a pixel to its sums.
-    pub(super) fn sample(&self, x: u32, y: u32, sample: u32, scratch: &mut Scratch, sums: &mut PixelSums, statistics: &mut Statistics) {
-        let half = Half::of_sample(sample);
+    /// Adds one sample of a pixel to the sums of its half; `index` is its index within the half.
+    pub(super) fn sample(
+        &self,
+        [x, y]: [u32; 2],
+        (half, index): (Half, u32),
+        scratch: &mut Scratch,
+        sums: &mut PixelSums,
+        statistics: &mut Statistics,
+    ) {
         // Half B carries the next frame's key: neighbouring frames share the seeds of these halves.
         let frame = self.frame.wrapping_add(half.index() as u32);
-        let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index: sample / 2 });
+        let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index });
         // The neighbours' paths take the same place in their pixels, so its weight holds for them too. Albedo, normal and depth only
         // guide, and go without it: they would gain noise from negative lobes.
         let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));
@@ -58,6 +64,7 @@ impl<'a> PixelRenderer<'a> {
         statistics.add(Counter::Rays, u64::from(base.rays));
         statistics.add(Counter::Vertices, base.vertices.len() as u64);
         let sums_of_half = &mut sums.halves[half.index()];
+        sums_of_half.count[0] += 1.0;
         let primal = finite(base.primal() * weight, Counter::NotFinitePrimal, statistics);
         add(&mut sums_of_half.primal, primal);
         add(&mut sums_of_half.primal_squared, primal * primal);

@@ -15,6 +15,7 @@ pub(super) struct PixelSums {
 /// What each half of the film has of its own.
 #[derive(Default)]
 pub(super) struct HalfSums {
+    pub(super) count: [f64; 3],
     pub(super) primal: [f64; 3],
     pub(super) primal_squared: [f64; 3],
     pub(super) direct: [f64; 3],
@@ -34,6 +35,7 @@ impl PixelSums {
             PlaneKind::Albedo => &self.albedo,
             PlaneKind::Normal => &self.normal,
             PlaneKind::Depth => &self.depth,
+            PlaneKind::Count(h) => &self.halves[h.index()].count,
         };
         (sums, kind.channels())
     }

@@ -79,8 +79,14 @@ pub struct SampleKey {
     pub x: u32,
     /// Pixel row.
     pub y: u32,
-    /// Index of the sample within its half.
+    /// Index of the sample within its half, below 2³¹; for a sample whose number a guide decides, plus [`SampleKey::GUIDED`].
     pub index: u32,
+}
+
+impl SampleKey {
+    /// Samples whose number a guide decides have their indices from here on: another region, stratified by itself and independent of
+    /// the first, so that the two never meet, however many samples either has.
+    pub const GUIDED: u32 = 1 << 31;
 }
 
 /// All numbers of one sample. Stateless: asking twice gives the same number.
@@ -102,9 +108,11 @@ impl SampleStream {
     /// Opens the stream of a sample.
     pub fn open(key: SampleKey) -> Self {
         let job = mix(key.seed ^ 0x5851_f42d_4c95_7f2d).wrapping_add(u64::from(key.frame).wrapping_mul(GOLDEN));
-        let pixel = mix(mix(job) ^ (u64::from(key.x) | u64::from(key.y) << 32));
-        let sample = mix(pixel.wrapping_add(u64::from(key.index).wrapping_mul(GOLDEN)));
-        Self { pixel, sample, index: key.index, reversed: key.index.reverse_bits() }
+        let region = u64::from(key.index / SampleKey::GUIDED) << 63;
+        let pixel = mix(mix(job) ^ (u64::from(key.x) | u64::from(key.y) << 32) ^ region);
+        let index = key.index % SampleKey::GUIDED;
+        let sample = mix(pixel.wrapping_add(u64::from(index).wrapping_mul(GOLDEN)));
+        Self { pixel, sample, index, reversed: index.reverse_bits() }
     }
 
     /// One number in [0, 1).
@@ -245,16 +253,26 @@ mod tests {
     fn stratified_pairs_form_a_net() {
         // Each elementary interval of area 1/64 holds exactly one of 64 points: the property survives scrambling and shuffling.
         for dimension in [Dimension::PIXEL, Dimension::light_point(0), Dimension::direction(1)] {
-            for split in 0..=6u32 {
+            for (split, region) in (0..=6u32).flat_map(|split| [(split, 0), (split, SampleKey::GUIDED)]) {
                 let mut cells = [0u8; 64];
                 for index in 64..128 {
-                    let [u, v] = SampleStream::open(key(index)).pair(dimension);
+                    let [u, v] = SampleStream::open(key(region + index)).pair(dimension);
                     let column = (u * (1 << split) as f32) as usize;
                     let row = (v * (1 << (6 - split)) as f32) as usize;
                     cells[row * (1 << split) + column] += 1;
                 }
                 assert!(cells.iter().all(|&n| n == 1), "{dimension:?} split {split}");
             }
+        }
+    }
+
+    #[test]
+    fn guided_samples_have_numbers_of_their_own() {
+        for dimension in [Dimension::PIXEL, Dimension::direction(7)] {
+            let numbers =
+                |region: u32| -> Vec<[f32; 2]> { (0..256).map(|index| SampleStream::open(key(region + index)).pair(dimension)).collect() };
+            let (even, guided) = (numbers(0), numbers(SampleKey::GUIDED));
+            assert!(even.iter().all(|pair| !guided.contains(pair)), "{dimension:?}");
         }
     }
 
