@@ -4,7 +4,9 @@ use super::pair::Pair;
 use crate::light::LightPoint;
 use crate::material::Evaluation;
 use crate::math::Vec3;
-use crate::path::{Joint, OffsetEnd, OffsetStep, OffsetSubpath, Passage, Step, Strategy, Subpath, Vertex, connect, passage_to_light};
+use crate::path::{
+    Joint, OffsetEnd, OffsetStep, OffsetSubpath, Passage, ShiftFailure, Step, Strategy, Subpath, Vertex, connect, passage_to_light,
+};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 
@@ -112,7 +114,7 @@ fn passage_known(offset: &OffsetSubpath, base: &Subpath, k: usize, joint: &Joint
     }
     match offset.end {
         OffsetEnd::Rejoined { at } if at == k + 1 => offset.steps.get(k).map(|step| step.passage),
-        OffsetEnd::Failed { at, .. } if at == k + 1 => Some(Passage::BLOCKED),
+        OffsetEnd::Failed { at, why: ShiftFailure::Occluded } if at == k + 1 => Some(Passage::BLOCKED),
         _ => None,
     }
 }

@@ -4,7 +4,7 @@ use crate::film::{Counter, Film, FrameFold, PlaneKind, TileFold};
 use crate::material::{Bsdf, Material, Textured};
 use crate::math::Vec3;
 use crate::medium::MediumId;
-use crate::plan::{Plan, Technique, WorkUnit};
+use crate::plan::{Plan, ShiftKind, Technique, WorkUnit};
 use crate::render::render_unit;
 use crate::scene::{Boundary, Scene};
 use crate::sensor::{PixelFilter, Projection};
@@ -20,13 +20,16 @@ const RUNS: u64 = 24;
 fn gradients_estimate_the_difference_of_primals() {
     for (name, scene) in scenes() {
         // Independent seeds for gradients and primals, so that the z-scores are honest.
-        let gradients: Vec<Film> = (0..RUNS).map(|s| render(&scene, &plan(Technique::Gpt, EDGE, 256, 6, s))).collect();
         let primals: Vec<Film> = (0..RUNS).map(|s| render(&scene, &plan(Technique::Pt, EDGE, 768, 6, 1000 + s))).collect();
-        for vertical in [false, true] {
-            let a = Estimate::of(&gradients.iter().map(|f| films::gradients(f, vertical)).collect::<Vec<_>>());
-            let finite = |f: &Film| films::finite_differences(&f.combined().primal, vertical);
-            let b = Estimate::of(&primals.iter().map(finite).collect::<Vec<_>>());
-            agree(&format!("{name}, vertical {vertical}"), &a, &b);
+        for shift in ShiftKind::ALL {
+            let by = |s| Plan { shift, shift_threshold: shift.threshold(), ..plan(Technique::Gpt, EDGE, 128, 6, 500 + s) };
+            let gradients: Vec<Film> = (0..RUNS).map(|s| render(&scene, &by(s))).collect();
+            for vertical in [false, true] {
+                let a = Estimate::of(&gradients.iter().map(|f| films::gradients(f, vertical)).collect::<Vec<_>>());
+                let finite = |f: &Film| films::finite_differences(&f.combined().primal, vertical);
+                let b = Estimate::of(&primals.iter().map(finite).collect::<Vec<_>>());
+                agree(&format!("{name}, {}, vertical {vertical}", shift.name()), &a, &b);
+            }
         }
     }
 }

@@ -158,6 +158,11 @@ fn shift_told(shift: ShiftKind, effects: &Effects) -> String {
             format!("half-vector copy through what is smoother than {}, reconnection behind it: {}", shift.threshold(), kinds.join(", "))
         }
         ShiftKind::Hybrid => "reconnection alone: every surface is diffuse".to_string(),
+        ShiftKind::Reconnection => "reconnection at the first vertex: asked for".to_string(),
+        ShiftKind::Replay => "random replay: asked for".to_string(),
+        ShiftKind::ReplayReconnection => {
+            format!("random replay until surfaces of roughness {} or more are far enough to join: asked for", shift.threshold())
+        }
     };
     if effects.has(Effect::Media) {
         return format!("shift by {told}; inside media distances are copied until both paths can join, there without cosines");

@@ -1,12 +1,19 @@
-//! Shifts of base paths to neighbouring pixels: `reconnection` and `half_vector` are the local rules, `hybrid` picks one at each vertex.
+//! Shifts of base paths to neighbouring pixels.
+//!
+//! `chain` is the walk that they share, `reconnection`, `half_vector` and `replay` are local rules, and a shift says which of them holds where.
 
+mod chain;
 mod half_vector;
 mod hybrid;
 mod reconnection;
+mod replay;
+mod replay_reconnection;
 
 pub use half_vector::half_vector;
 pub use hybrid::HybridShift;
-pub use reconnection::reconnect;
+pub use reconnection::{ReconnectionShift, reconnect};
+pub use replay::ReplayShift;
+pub use replay_reconnection::ReplayReconnectionShift;
 
 use crate::path::ShiftMap;
 
@@ -15,16 +22,25 @@ use crate::path::ShiftMap;
 pub enum ShiftKind {
     /// Reconnection at the first chance, half-vector copy until then (Kettunen et al. 2015).
     Hybrid,
+    /// Reconnection at the first vertex, or none.
+    Reconnection,
+    /// Random replay from end to end.
+    Replay,
+    /// Random replay until the paths are rough and far enough to reconnect (after Lin et al. 2022).
+    ReplayReconnection,
 }
 
 impl ShiftKind {
     /// Every shift.
-    pub const ALL: [ShiftKind; 1] = [ShiftKind::Hybrid];
+    pub const ALL: [ShiftKind; 4] = [ShiftKind::Hybrid, ShiftKind::Reconnection, ShiftKind::Replay, ShiftKind::ReplayReconnection];
 
     /// Its name on the command line and on the wire.
     pub fn name(self) -> &'static str {
         match self {
             ShiftKind::Hybrid => "hybrid",
+            ShiftKind::Reconnection => "reconnection",
+            ShiftKind::Replay => "replay",
+            ShiftKind::ReplayReconnection => "replay-reconnection",
         }
     }
 
@@ -32,22 +48,28 @@ impl ShiftKind {
     pub fn threshold(self) -> f32 {
         match self {
             // The published experiments of Kettunen et al. 2015.
-            ShiftKind::Hybrid => 0.001,
+            ShiftKind::Hybrid | ShiftKind::Reconnection | ShiftKind::Replay => 0.001,
+            // Those of Lin et al. 2022.
+            ShiftKind::ReplayReconnection => 0.2,
         }
     }
 
     /// Whether offset paths take the base path's random numbers until they join it, instead of its half vectors.
     pub fn replays(self) -> bool {
-        match self {
-            ShiftKind::Hybrid => false,
-        }
+        matches!(self, ShiftKind::Replay | ShiftKind::ReplayReconnection)
     }
 }
+
+/// Length over displacement from which edges are joined.
+const STRETCH: f32 = 2.0;
 
 /// The registry: one line each.
 pub fn build(kind: ShiftKind, threshold: f32) -> Box<dyn ShiftMap> {
     match kind {
         ShiftKind::Hybrid => Box::new(HybridShift { threshold }),
+        ShiftKind::Reconnection => Box::new(ReconnectionShift { threshold }),
+        ShiftKind::Replay => Box::new(ReplayShift { threshold }),
+        ShiftKind::ReplayReconnection => Box::new(ReplayReconnectionShift { threshold, stretch: STRETCH }),
     }
 }
 

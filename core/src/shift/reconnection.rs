@@ -1,8 +1,47 @@
 //! Reconnection: the offset path goes straight to a vertex of the base path.
 
-use crate::math::Vec3;
-use crate::path::{Passage, ShiftFailure, Vertex, passage_between, turn};
+use super::chain::{Chance, Rule, Turn, shift_by};
+use crate::math::{Ray, Vec3};
+use crate::path::{OffsetSubpath, Passage, ShiftFailure, ShiftMap, Subpath, Vertex, passage_between, turn};
+use crate::sampling::SampleStream;
 use crate::scene::Scene;
+
+/// Reconnects at the first vertex of both paths, or fails: the cheapest shift, for scenes without mirrors.
+///
+/// Where the first vertex of either path takes a delta lobe, or the base path's second is none to join at, base and offset count
+/// against zero.
+#[derive(Clone, Copy, Debug)]
+pub struct ReconnectionShift {
+    /// Roughness at and above which a vertex is connectable.
+    pub threshold: f32,
+}
+
+impl ShiftMap for ReconnectionShift {
+    fn shift(&self, scene: &Scene, base: &Subpath, camera: &Ray, out: &mut OffsetSubpath) {
+        shift_by(self, scene, base, camera, out);
+    }
+}
+
+impl Rule for ReconnectionShift {
+    fn threshold(&self) -> f32 {
+        self.threshold
+    }
+
+    #[inline]
+    fn chance(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Chance {
+        let joins = base.connectable && offset.connectable && target.is_none_or(|target| target.connectable);
+        if joins { Chance::Join } else { Chance::Never }
+    }
+
+    #[inline]
+    fn decide(&self, scene: &Scene, base: &Vertex, offset: &mut Vertex, _: usize, _: &SampleStream) -> Option<f32> {
+        offset.decide_as(scene, base.delta).then_some(0.0)
+    }
+
+    fn turn(&self, _: &Scene, _: &Vertex, _: &Vertex, _: &Turn) -> Result<(Vec3, f64), ShiftFailure> {
+        Err(ShiftFailure::Irreversible)
+    }
+}
 
 /// Joins the offset path to the base path at `target`, the first vertex that both share.
 ///

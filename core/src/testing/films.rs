@@ -57,7 +57,8 @@ pub(crate) fn z_scores(a: &Estimate, b: &Estimate) -> Vec<f64> {
 
 /// Holds two independent estimates of about 24 seeds against each other.
 ///
-/// z is t-distributed with about 46 degrees: at a Šidák-corrected 10⁻³ over 5000 values |z| stays below 5.6.
+/// z is t-distributed with about 46 degrees: at a Šidák-corrected 10⁻³ over 20,000 values |z| stays below 5.9. Of 168 values, three channels
+/// each go together, so that the mean square spreads by about √(2 / 56) = 0.2 around 1.04: 1.9 leaves it four times that.
 pub(crate) fn agree(name: &str, a: &Estimate, b: &Estimate) {
     let z = z_scores(a, b);
     let worst = z.iter().fold(0.0f64, |w, z| w.max(z.abs()));
@@ -65,8 +66,8 @@ pub(crate) fn agree(name: &str, a: &Estimate, b: &Estimate) {
     let mean = z.iter().sum::<f64>() / n;
     let spread = z.iter().map(|z| z * z).sum::<f64>() / n;
     eprintln!("{name}: worst |z| {worst:.2}, mean {mean:.3}, mean square {spread:.3} over {n}");
-    assert!(worst < 5.6, "{name}: worst z {worst}");
-    assert!(spread < 1.4, "{name}: mean square z {spread}");
+    assert!(worst < 5.9, "{name}: worst z {worst}");
+    assert!(spread < 1.9, "{name}: mean square z {spread}");
 }
 
 /// The measured differences to the next column, or to the next row.
