@@ -57,6 +57,11 @@ impl Tile {
         self.width as usize * self.height as usize
     }
 
+    /// Whether a pixel lies on the tile.
+    pub fn contains(self, x: u32, y: u32) -> bool {
+        (self.x..self.x + self.width).contains(&x) && (self.y..self.y + self.height).contains(&y)
+    }
+
     /// Whether the tile lies wholly on a lattice of this extent.
     pub fn lies_on(self, extent: Extent) -> bool {
         self.width > 0

@@ -13,7 +13,7 @@ pub use resolve::{PlanError, resolve};
 
 use crate::effects::Effect;
 use crate::film::PlaneKind;
-use crate::lattice::{Extent, Half, SampleRange, Tile};
+use crate::lattice::{Extent, Half, Offset, SampleRange, Tile};
 
 /// The technique by the name that people use for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,17 +22,20 @@ pub enum Technique {
     Pt,
     /// Gradient-domain path tracing: the same paths, shifted to the four neighbours.
     Gpt,
+    /// Path reusing in the gradient domain: groups of pixels share all their paths (Bauszat et al. 2017).
+    Reuse,
 }
 
 impl Technique {
     /// Every technique.
-    pub const ALL: [Technique; 2] = [Technique::Pt, Technique::Gpt];
+    pub const ALL: [Technique; 3] = [Technique::Pt, Technique::Gpt, Technique::Reuse];
 
     /// Its name on the command line and on the wire.
     pub fn name(self) -> &'static str {
         match self {
             Technique::Pt => "pt",
             Technique::Gpt => "gpt",
+            Technique::Reuse => "reuse",
         }
     }
 
@@ -40,13 +43,23 @@ impl Technique {
     pub fn carries(self, effect: Effect) -> bool {
         match self {
             // Paths from the camera find light by chance or by choosing its point: a mirror hides both ways to a light without extent.
-            Technique::Pt | Technique::Gpt => effect != Effect::LostCaustics,
+            Technique::Pt | Technique::Gpt | Technique::Reuse => effect != Effect::LostCaustics,
         }
     }
 
     /// Whether it measures gradients.
     pub fn measures_gradients(self) -> bool {
-        self == Technique::Gpt
+        self != Technique::Pt
+    }
+
+    /// Whether it estimates the difference across a step of the lattice at the step's base pixel.
+    fn measures(self, step: Offset) -> bool {
+        match self {
+            Technique::Pt => false,
+            Technique::Gpt => true,
+            // A group has both directions of a difference at once.
+            Technique::Reuse => step.step > 0,
+        }
     }
 
     /// Whether pixels may have different numbers of samples: each is then measured by itself.
@@ -133,10 +146,19 @@ impl Plan {
     /// The planes that each block carries.
     pub fn layout(&self) -> Vec<PlaneKind> {
         let mut layout = PlaneKind::layout(self.technique.measures_gradients());
+        layout.retain(|kind| match kind {
+            PlaneKind::Gradient(_, step) | PlaneKind::GradientSquared(_, step) => self.technique.measures(*step),
+            _ => true,
+        });
         if self.rounds > 1 {
             layout.extend(Half::ALL.map(PlaneKind::Count));
         }
         layout
+    }
+
+    /// Tiles whose edges are multiples of this are cheapest to render: no group of pixels is then rendered twice [pixels].
+    pub fn grain(&self) -> u32 {
+        if self.technique == Technique::Reuse { self.reuse_edge.max(1) } else { 1 }
     }
 
     /// The runs of samples that each tile is rendered in, where samples are placed evenly; [`Plan::passes`] in any case.

@@ -37,12 +37,13 @@ impl Split {
     /// Most units of one job.
     pub const MOST: u32 = 16 << 20;
 
-    /// The units of `frames` frames from `first_frame` on, with tiles of at most `edge × edge` pixels.
+    /// The units of `frames` frames from `first_frame` on, with tiles of at most `edge × edge` pixels: rounded up to the plan's grain,
+    /// so that no group of pixels is rendered for two tiles.
     ///
     /// # Errors
     /// If they are more than [`Split::MOST`].
     pub fn new(plan: &Plan, first_frame: u32, frames: u32, edge: u32) -> Result<Self, TooManyUnits> {
-        let edge = edge.max(1);
+        let edge = edge.div_ceil(plan.grain()).max(1).saturating_mul(plan.grain());
         let columns = u128::from(plan.extent.width.div_ceil(edge)) * u128::from(plan.extent.height.div_ceil(edge));
         let found = columns * u128::from(plan.samples.div_ceil(plan.batch.max(1))) * u128::from(frames);
         if found > u128::from(Self::MOST) {
@@ -162,6 +163,14 @@ pub(crate) mod tests {
             prop_assert!(seen.iter().all(|&n| n == samples));
             prop_assert_eq!(total, split.samples_per_frame() * u64::from(frames));
         }
+    }
+
+    #[test]
+    fn tiles_do_not_cut_groups() {
+        let plan = Plan { technique: Technique::Reuse, reuse_edge: 6, ..plan(40, 30, 4) };
+        let split = Split::new(&plan, 0, 1, 16).unwrap();
+        assert!(split.tiles().iter().all(|tile| tile.x.is_multiple_of(18) && tile.y.is_multiple_of(18)));
+        assert_eq!(split.tiles().iter().map(|tile| tile.pixels()).sum::<usize>(), 40 * 30);
     }
 
     #[test]

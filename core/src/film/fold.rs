@@ -255,7 +255,8 @@ impl FrameFold {
         HalfFilm { samples, primal, primal_variance, direct: self.take(PlaneKind::Direct(half)), gradients }
     }
 
-    /// Joins what the base pixel measured forward with what its neighbour measured backward.
+    /// Joins what the base pixel measured forward with what its neighbour measured backward. Some techniques measure forward only:
+    /// what they lack adds nothing, and does not vary.
     fn difference(&mut self, half: Half, forward: Offset, counts: &Image) -> (Image, Image) {
         let ahead = self.take(PlaneKind::Gradient(half, forward));
         let back = self.take(PlaneKind::Gradient(half, forward.reversed()));
@@ -401,6 +402,23 @@ mod tests {
         assert!((gradients.dx.at(2, 0, 0) - (forward(2.0) + backward(3.0))).abs() < 1e-5);
         assert_eq!(gradients.dx.at(12, 3, 1), 0.0);
         assert_eq!(gradients.dy.at(4, 6, 1), 0.0);
+    }
+
+    #[test]
+    fn gradients_measured_forward_only_stand_alone() {
+        let extent = Extent { width: 5, height: 4 };
+        let mut layout = PlaneKind::layout(true);
+        layout.retain(|kind| !matches!(kind, PlaneKind::Gradient(_, o) | PlaneKind::GradientSquared(_, o) if o.step < 0));
+        let mut fold = TileFold::new(extent.tiles(8)[0], &layout);
+        let range = SampleRange { first: 0, count: 8 };
+        fold.add(&block(extent.tiles(8)[0], range, &layout, |kind, x, _| if kind.channels() == 1 { 30.0 } else { x as f32 })).unwrap();
+        let mut frame = FrameFold::new(extent, &layout);
+        frame.place(&fold).unwrap();
+        let film = frame.finish().unwrap();
+        let gradients = film.halves[0].gradients.as_ref().unwrap();
+        assert_eq!(gradients.dx.at(3, 1, 0), 3.0);
+        // Mean square 30 over RGB, squared mean 3 · 3², four samples.
+        assert_eq!(gradients.dx_variance.at(3, 1, 0), 1.0);
     }
 
     #[test]

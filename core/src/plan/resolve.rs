@@ -53,8 +53,8 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     let extent = extent(scene, request, &mut reasons)?;
     let max_depth = request.max_depth.unwrap_or(scene.integrator.max_depth);
     in_range("longest path", max_depth, limits::PATH_EDGES, "edges")?;
-    let shift = request.shift.unwrap_or(ShiftKind::Hybrid);
     let technique = technique(request, extent, max_depth, &effects, &mut reasons);
+    let shift = shift(request, technique)?;
     if technique.measures_gradients() {
         reasons.push(shift_told(shift, &effects));
     }
@@ -77,6 +77,9 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     }
     let reuse_edge = request.reuse_edge.unwrap_or(DEFAULT_REUSE_EDGE);
     in_range("edge of the groups that reuse paths", reuse_edge, limits::REUSE_EDGE, "pixels")?;
+    if technique == Technique::Reuse {
+        reasons.push(format!("groups of {reuse_edge} × {reuse_edge} pixels reuse their paths, and those of one column and row beyond"));
+    }
     let links = request.links.unwrap_or(DEFAULT_LINKS);
     in_range("links of a pixel", links, limits::LINKS, "links")?;
     let rounds = rounds(request, technique, samples, &mut reasons)?;
@@ -149,15 +152,29 @@ fn technique(request: &Request, extent: Extent, max_depth: u32, effects: &Effect
     technique
 }
 
+/// The shift that was asked for, or the technique's own.
+fn shift(request: &Request, technique: Technique) -> Result<ShiftKind, PlanError> {
+    let composes = technique == Technique::Reuse;
+    let shift = request.shift.unwrap_or(if composes { ShiftKind::Composable } else { ShiftKind::Hybrid });
+    if composes && !shift.composes() {
+        return Err(PlanError::Missing {
+            choice: format!("technique {}", technique.name()),
+            missing: format!("shifts that compose, which those of shift {} do not", shift.name()),
+            try_instead: format!("shift {}", ShiftKind::Composable.name()),
+        });
+    }
+    Ok(shift)
+}
+
 /// How paths are shifted, and what calls for it.
 fn shift_told(shift: ShiftKind, effects: &Effects) -> String {
     let told = match shift {
-        ShiftKind::Hybrid if effects.has(Effect::SpecularChains) || effects.has(Effect::NearSpecular) => {
+        ShiftKind::Hybrid | ShiftKind::Composable if effects.has(Effect::SpecularChains) || effects.has(Effect::NearSpecular) => {
             let kinds = [Effect::SpecularChains, Effect::NearSpecular, Effect::Refraction];
             let kinds: Vec<&str> = kinds.into_iter().filter(|kind| effects.has(*kind)).map(Effect::words).collect();
             format!("half-vector copy through what is smoother than {}, reconnection behind it: {}", shift.threshold(), kinds.join(", "))
         }
-        ShiftKind::Hybrid => "reconnection alone: every surface is diffuse".to_string(),
+        ShiftKind::Hybrid | ShiftKind::Composable => "reconnection alone: every surface is diffuse".to_string(),
         ShiftKind::Reconnection => "reconnection at the first vertex: asked for".to_string(),
         ShiftKind::Replay => "random replay: asked for".to_string(),
         ShiftKind::ReplayReconnection => {
@@ -339,6 +356,17 @@ mod tests {
         }
         carried(Technique::Gpt, &effects, only_gpt, &mut reasons).unwrap();
         assert!(reasons.is_empty());
+    }
+
+    #[test]
+    fn paths_are_reused_by_shifts_that_compose() {
+        let reuse = Request { technique: Some(Technique::Reuse), ..Request::default() };
+        let plan = resolve(&lit(), &reuse).unwrap();
+        assert_eq!((plan.shift, plan.reconstruction, plan.grain()), (ShiftKind::Composable, ReconstructionKind::L2, plan.reuse_edge));
+        assert!(says(&plan, "reuse their paths"));
+        let error = resolve(&lit(), &Request { shift: Some(ShiftKind::Hybrid), ..reuse.clone() }).unwrap_err().to_string();
+        assert!(error.contains("shifts that compose") && error.contains("try shift composable"), "{error}");
+        assert_eq!(resolve(&lit(), &Request::default()).unwrap().grain(), 1);
     }
 
     #[test]

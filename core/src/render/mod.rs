@@ -1,27 +1,34 @@
 //! The pure function that the farm maps over units of work.
 //!
-//! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`); `roulette` skips shifts of dark paths,
+//! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`), `group` what groups of pixels
+//! measure together (`reuse`); `roulette` skips shifts of dark paths,
 //! `sums` is what a pixel adds up, `outcome` what is counted.
 
+mod group;
 mod outcome;
 mod pixel;
 mod roulette;
 mod sums;
+#[cfg(test)]
+mod tests;
 
-use crate::film::{FilmBlock, PlaneKind, Statistics};
+use crate::film::{FilmBlock, Statistics};
 use crate::lattice::Half;
-use crate::plan::{Plan, TileGuide, WorkUnit};
+use crate::plan::{Plan, Technique, TileGuide, WorkUnit};
 use crate::scene::Scene;
 use pixel::{PixelRenderer, Scratch};
-use sums::PixelSums;
+use sums::{PixelSums, Planes};
 
 /// Renders one unit: the samples `unit.samples` of each pixel of `unit.tile`.
 ///
 /// Pure: the same scene, plan and unit give the same bits, so a retried unit is the same unit. The pixels of `unit.tile` must
 /// lie on the plan's film. Values that are not finite are counted and replaced by zero.
 pub fn render_unit(scene: &Scene, plan: &Plan, unit: &WorkUnit) -> FilmBlock {
-    let samples = unit.samples.first..unit.samples.end();
-    pixel_by_pixel(scene, plan, unit, |_| samples.clone().map(|sample| (Half::of_sample(sample), sample / 2)))
+    let samples = (unit.samples.first..unit.samples.end()).map(|sample| (Half::of_sample(sample), sample / 2));
+    if plan.technique == Technique::Reuse {
+        return group::render(&PixelRenderer::new(scene, plan, unit.frame), unit, samples);
+    }
+    pixel_by_pixel(scene, plan, unit, |_| samples.clone())
 }
 
 /// Renders one unit of a guided pass: of each pixel of `unit.tile` the samples that `guide` names.
@@ -35,24 +42,16 @@ pub fn render_guided(scene: &Scene, plan: &Plan, unit: &WorkUnit, guide: &TileGu
 /// Renders a unit of a technique that measures each pixel by itself: of every pixel the samples by half and index within it.
 fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(scene: &Scene, plan: &Plan, unit: &WorkUnit, samples: impl Fn(usize) -> I) -> FilmBlock {
     let renderer = PixelRenderer::new(scene, plan, unit.frame);
-    let layout = plan.layout();
-    let mut planes: Vec<(PlaneKind, Vec<f32>)> =
-        layout.iter().map(|kind| (*kind, vec![0.0; unit.tile.pixels() * kind.channels()])).collect();
+    let mut planes = Planes::new(unit.tile, &plan.layout());
     let mut statistics = Statistics::default();
     let mut scratch = Scratch::default();
-    let pixels = unit.tile.pixels();
-    for index in 0..pixels {
+    for index in 0..unit.tile.pixels() {
         let place = [unit.tile.x + index as u32 % unit.tile.width, unit.tile.y + index as u32 / unit.tile.width];
         let mut sums = PixelSums::default();
         for sample in samples(index) {
             renderer.sample(place, sample, &mut scratch, &mut sums, &mut statistics);
         }
-        for (kind, values) in &mut planes {
-            let (sum, channels) = sums.of(*kind);
-            for channel in 0..channels {
-                values[channel * pixels + index] = sum[channel] as f32;
-            }
-        }
+        planes.write(index, &sums);
     }
-    FilmBlock { tile: unit.tile, samples: unit.samples, planes, statistics }
+    planes.into_block(unit, statistics)
 }

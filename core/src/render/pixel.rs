@@ -2,7 +2,7 @@
 
 use super::outcome::{finite, tell};
 use super::roulette::ShiftRoulette;
-use super::sums::{PixelSums, add};
+use super::sums::PixelSums;
 use crate::film::{Counter, Statistics};
 use crate::gradient::difference;
 use crate::integrator::PathIntegrator;
@@ -21,10 +21,19 @@ pub(super) struct Scratch {
     offset: OffsetSubpath,
 }
 
+/// Where a sample lies, in its pixel and on the lens.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    film: [f32; 2],
+    lens: [f32; 2],
+    /// The pixel filter's.
+    pub(super) weight: f32,
+}
+
 /// Everything that stays the same over a unit.
 pub(super) struct PixelRenderer<'a> {
-    scene: &'a Scene,
-    plan: &'a Plan,
+    pub(super) scene: &'a Scene,
+    pub(super) plan: &'a Plan,
     view: View,
     frame: u32,
     integrator: PathIntegrator,
@@ -41,6 +50,28 @@ impl<'a> PixelRenderer<'a> {
         Self { scene, plan, view, frame, integrator, shift: shift::build(plan.shift, plan.shift_threshold), roulette }
     }
 
+    /// Traces the base path of a sample; `index` is its index within the half.
+    pub(super) fn trace(&self, [x, y]: [u32; 2], (half, index): (Half, u32), base: &mut Subpath, statistics: &mut Statistics) -> Place {
+        // Half B carries the next frame's key: neighbouring frames share the seeds of these halves.
+        let frame = self.frame.wrapping_add(half.index() as u32);
+        let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index });
+        // The neighbours' paths take the same place in their pixels, so its weight holds for them too.
+        let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));
+        let lens = if self.view.has_lens() { stream.pair(Dimension::LENS) } else { [0.5; 2] };
+        let place = Place { film: [x as f32 + u, y as f32 + v], lens, weight };
+        self.integrator.generate(self.scene, &self.view.ray(place.film, lens), &stream, base);
+        statistics.add(Counter::Samples, 1);
+        statistics.add(Counter::Rays, u64::from(base.rays));
+        statistics.add(Counter::Vertices, base.vertices.len() as u64);
+        place
+    }
+
+    /// Shifts a base path to the same place in the pixel that lies `dx` columns and `dy` rows on.
+    pub(super) fn shift(&self, base: &Subpath, place: &Place, [dx, dy]: [i64; 2], offset: &mut OffsetSubpath) {
+        let camera = self.view.ray([place.film[0] + dx as f32, place.film[1] + dy as f32], place.lens);
+        self.shift.shift(self.scene, base, &camera, offset);
+    }
+
     /// Adds one sample of a pixel to the sums of its half; `index` is its index within the half.
     pub(super) fn sample(
         &self,
@@ -50,32 +81,13 @@ impl<'a> PixelRenderer<'a> {
         sums: &mut PixelSums,
         statistics: &mut Statistics,
     ) {
-        // Half B carries the next frame's key: neighbouring frames share the seeds of these halves.
-        let frame = self.frame.wrapping_add(half.index() as u32);
-        let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index });
-        // The neighbours' paths take the same place in their pixels, so its weight holds for them too. Albedo, normal and depth only
-        // guide, and go without it: they would gain noise from negative lobes.
-        let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));
-        let lens = if self.view.has_lens() { stream.pair(Dimension::LENS) } else { [0.5; 2] };
-        let film = [x as f32 + u, y as f32 + v];
         let base = &mut scratch.base;
-        self.integrator.generate(self.scene, &self.view.ray(film, lens), &stream, base);
-        statistics.add(Counter::Samples, 1);
-        statistics.add(Counter::Rays, u64::from(base.rays));
-        statistics.add(Counter::Vertices, base.vertices.len() as u64);
+        let place = self.trace([x, y], (half, index), base, statistics);
+        let weight = place.weight;
+        sums.see(half, base, weight, statistics);
         let sums_of_half = &mut sums.halves[half.index()];
-        sums_of_half.count[0] += 1.0;
         let primal = finite(base.primal() * weight, Counter::NotFinitePrimal, statistics);
-        add(&mut sums_of_half.primal, primal);
-        add(&mut sums_of_half.primal_squared, primal * primal);
-        add(&mut sums_of_half.direct, finite(base.direct * weight, Counter::NotFiniteDirect, statistics));
-        if let Some(first) = base.first {
-            add(&mut sums.albedo, first.albedo);
-            for (sum, n) in sums.normal.iter_mut().zip(first.normal.to_array()) {
-                *sum += f64::from(n);
-            }
-            sums.depth[0] += f64::from(first.depth);
-        }
+        sums_of_half.add_primal(primal);
         if !self.plan.technique.measures_gradients() {
             return;
         }
@@ -90,19 +102,17 @@ impl<'a> PixelRenderer<'a> {
                 // The camera saw no surface: there is nothing to shift.
                 continue;
             }
-            if survival < 1.0 && stream.number(Dimension::shift(offset.index())) >= survival {
+            if survival < 1.0 && base.stream.number(Dimension::shift(offset.index())) >= survival {
                 statistics.add(Counter::ShiftSkipped, 1);
                 continue;
             }
-            let camera = self.view.ray([film[0] + dx as f32, film[1] + dy as f32], lens);
-            self.shift.shift(self.scene, base, &camera, &mut scratch.offset);
+            self.shift(base, &place, [dx, dy], &mut scratch.offset);
             let (difference, rays) = difference(self.scene, base, &scratch.offset);
             statistics.add(Counter::Rays, u64::from(scratch.offset.rays + rays));
             tell(self.plan.shift, base, &scratch.offset, statistics);
             // A backward step measures this − previous: the difference turns its sign.
             let difference = finite(difference * (weight / survival), Counter::NotFiniteGradient, statistics) * f32::from(offset.step);
-            add(&mut sums_of_half.gradient[offset.index()], difference);
-            sums_of_half.gradient_squared[offset.index()][0] += f64::from(difference.square_sum());
+            sums_of_half.add_gradient(offset, difference);
         }
     }
 }

@@ -1,6 +1,10 @@
-//! Sums of one pixel over the samples of a unit, in f64.
+//! Sums of one pixel over the samples of a unit, in f64, and the planes that they fill.
 
-use crate::film::PlaneKind;
+use super::outcome::finite;
+use crate::film::{Counter, FilmBlock, PlaneKind, Statistics};
+use crate::lattice::{Half, Offset, Tile};
+use crate::path::Subpath;
+use crate::plan::WorkUnit;
 use crate::spectrum::Spectrum;
 
 /// Everything that is summed for a pixel.
@@ -24,6 +28,21 @@ pub(super) struct HalfSums {
 }
 
 impl PixelSums {
+    /// Counts a sample and adds what the camera sees of its base path: what gives light by itself, and the features of what stands there.
+    pub(super) fn see(&mut self, half: Half, base: &Subpath, weight: f32, statistics: &mut Statistics) {
+        let sums = &mut self.halves[half.index()];
+        sums.count[0] += 1.0;
+        add(&mut sums.direct, finite(base.direct * weight, Counter::NotFiniteDirect, statistics));
+        // Features only guide, and go without the pixel filter's weight: they would gain noise from negative lobes.
+        if let Some(first) = base.first {
+            add(&mut self.albedo, first.albedo);
+            for (sum, n) in self.normal.iter_mut().zip(first.normal.to_array()) {
+                *sum += f64::from(n);
+            }
+            self.depth[0] += f64::from(first.depth);
+        }
+    }
+
     /// The sums behind a plane, and how many of the three are used.
     pub(super) fn of(&self, kind: PlaneKind) -> (&[f64; 3], usize) {
         let sums = match kind {
@@ -41,9 +60,53 @@ impl PixelSums {
     }
 }
 
+impl HalfSums {
+    /// Adds a sample's estimate.
+    #[inline]
+    pub(super) fn add_primal(&mut self, primal: Spectrum) {
+        add(&mut self.primal, primal);
+        add(&mut self.primal_squared, primal * primal);
+    }
+
+    /// Adds a sample's estimate of the difference across a step.
+    #[inline]
+    pub(super) fn add_gradient(&mut self, step: Offset, difference: Spectrum) {
+        add(&mut self.gradient[step.index()], difference);
+        self.gradient_squared[step.index()][0] += f64::from(difference.square_sum());
+    }
+}
+
+/// The planes of a block, while its pixels come in.
+pub(super) struct Planes {
+    tile: Tile,
+    planes: Vec<(PlaneKind, Vec<f32>)>,
+}
+
+impl Planes {
+    /// All zero.
+    pub(super) fn new(tile: Tile, layout: &[PlaneKind]) -> Self {
+        Self { tile, planes: layout.iter().map(|kind| (*kind, vec![0.0; tile.pixels() * kind.channels()])).collect() }
+    }
+
+    /// Writes the sums of the tile's pixel of this index.
+    pub(super) fn write(&mut self, index: usize, sums: &PixelSums) {
+        let pixels = self.tile.pixels();
+        for (kind, values) in &mut self.planes {
+            let (sum, channels) = sums.of(*kind);
+            for channel in 0..channels {
+                values[channel * pixels + index] = sum[channel] as f32;
+            }
+        }
+    }
+
+    pub(super) fn into_block(self, unit: &WorkUnit, statistics: Statistics) -> FilmBlock {
+        FilmBlock { tile: self.tile, samples: unit.samples, planes: self.planes, statistics }
+    }
+}
+
 /// Adds a colour.
 #[inline]
-pub(super) fn add(sum: &mut [f64; 3], value: Spectrum) {
+fn add(sum: &mut [f64; 3], value: Spectrum) {
     for (sum, v) in sum.iter_mut().zip(value.to_rgb()) {
         *sum += f64::from(v);
     }

@@ -11,13 +11,23 @@ use crate::medium::MediumId;
 use crate::path::{Arrival, OffsetEnd, OffsetStep, OffsetSubpath, Passage, ShiftFailure, ShiftMap, Stop, Subpath, Vertex, follow};
 use crate::scene::Scene;
 
-/// Reconnects where base vertex, offset vertex and next base vertex are all connectable, and copies the half vector elsewhere.
-///
-/// The choice depends on both paths alike, so that the shift back from the offset path makes the same one; where it would not, the shift fails.
+/// Reconnects at the first chance and copies half vectors until then; where the shift back would not do the same, it fails.
 #[derive(Clone, Copy, Debug)]
 pub struct HybridShift {
     /// Roughness at and above which a vertex is connectable.
     pub threshold: f32,
+    /// What a chance is.
+    pub chance: Chance,
+}
+
+/// Where the hybrid shift may reconnect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chance {
+    /// Where base vertex, offset vertex and next base vertex are all connectable: the most shifts succeed.
+    Common,
+    /// Where vertex and next vertex of the base path are connectable; the offset path must have its first such pair at the same
+    /// place. A property of each path alone, so that shifts compose: from i to k and on to m leads where i to m does.
+    Own,
 }
 
 impl HybridShift {
@@ -63,9 +73,17 @@ impl ShiftMap for HybridShift {
         for (k, step) in base.steps.iter().enumerate() {
             let (from, to) = (&base.vertices[k], base.vertices.get(k + 1));
             let offset = out.vertices[k];
-            let both = from.connectable && offset.connectable;
+            let own = match self.chance {
+                Chance::Common => from.connectable && offset.connectable,
+                Chance::Own => from.connectable,
+            };
+            // Light at infinity is connectable.
+            if own && !offset.connectable && to.is_none_or(|target| target.connectable) {
+                out.end = OffsetEnd::Failed { at: k + 1, why: ShiftFailure::Irreversible };
+                return;
+            }
             match to {
-                Some(target) if both && target.connectable => {
+                Some(target) if own && target.connectable => {
                     out.rays += 1;
                     out.end = match reconnect(scene, from, &offset, target) {
                         Ok((wi, jacobian, passage)) => {
@@ -76,10 +94,12 @@ impl ShiftMap for HybridShift {
                     };
                     return;
                 }
-                // Light at infinity is connectable: the joint reconnects, and nothing follows.
-                None if both => return,
+                // The joint reconnects, and nothing follows.
+                None if own => return,
                 _ => {}
             }
+            // The shift back would reconnect here, if the next vertex is connectable too.
+            let back = offset.connectable && (own || self.chance == Chance::Own);
             let failed = |why| OffsetEnd::Failed { at: k + 1, why };
             let (wi, jacobian) = match half_vector(scene, from, step, &offset) {
                 Ok(turned) => turned,
@@ -97,8 +117,7 @@ impl ShiftMap for HybridShift {
                 (Some((mut vertex, emitter)), Some(target)) => {
                     // The light that this step met does not depend on what the walk decides there, so the step stands either way.
                     let possible = vertex.decide_as(scene, target.delta);
-                    if both && vertex.connectable {
-                        // The shift back would reconnect here.
+                    if back && vertex.connectable {
                         out.end = failed(ShiftFailure::Irreversible);
                         return;
                     }
@@ -109,6 +128,10 @@ impl ShiftMap for HybridShift {
                         out.end = OffsetEnd::Failed { at: k + 1, why: ShiftFailure::LobeMismatch };
                         return;
                     }
+                }
+                (None, None) if back => {
+                    out.end = failed(ShiftFailure::Irreversible);
+                    return;
                 }
                 (None, None) => {
                     out.steps.push(OffsetStep { wi, jacobian, passage });

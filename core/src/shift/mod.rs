@@ -10,7 +10,7 @@ mod replay;
 mod replay_reconnection;
 
 pub use half_vector::half_vector;
-pub use hybrid::HybridShift;
+pub use hybrid::{Chance, HybridShift};
 pub use reconnection::{ReconnectionShift, reconnect};
 pub use replay::ReplayShift;
 pub use replay_reconnection::ReplayReconnectionShift;
@@ -28,11 +28,14 @@ pub enum ShiftKind {
     Replay,
     /// Random replay until the paths are rough and far enough to reconnect (after Lin et al. 2022).
     ReplayReconnection,
+    /// As hybrid, with a chance that each path has by itself: such shifts compose, so that many pixels can share one path.
+    Composable,
 }
 
 impl ShiftKind {
     /// Every shift.
-    pub const ALL: [ShiftKind; 4] = [ShiftKind::Hybrid, ShiftKind::Reconnection, ShiftKind::Replay, ShiftKind::ReplayReconnection];
+    pub const ALL: [ShiftKind; 5] =
+        [ShiftKind::Hybrid, ShiftKind::Reconnection, ShiftKind::Replay, ShiftKind::ReplayReconnection, ShiftKind::Composable];
 
     /// Its name on the command line and on the wire.
     pub fn name(self) -> &'static str {
@@ -41,6 +44,7 @@ impl ShiftKind {
             ShiftKind::Reconnection => "reconnection",
             ShiftKind::Replay => "replay",
             ShiftKind::ReplayReconnection => "replay-reconnection",
+            ShiftKind::Composable => "composable",
         }
     }
 
@@ -48,7 +52,7 @@ impl ShiftKind {
     pub fn threshold(self) -> f32 {
         match self {
             // The published experiments of Kettunen et al. 2015.
-            ShiftKind::Hybrid | ShiftKind::Reconnection | ShiftKind::Replay => 0.001,
+            ShiftKind::Hybrid | ShiftKind::Reconnection | ShiftKind::Replay | ShiftKind::Composable => 0.001,
             // Those of Lin et al. 2022.
             ShiftKind::ReplayReconnection => 0.2,
         }
@@ -58,6 +62,11 @@ impl ShiftKind {
     pub fn replays(self) -> bool {
         matches!(self, ShiftKind::Replay | ShiftKind::ReplayReconnection)
     }
+
+    /// Whether shifts compose: from i to k and on to m leads where i to m does. Weights over more than two pixels need that.
+    pub fn composes(self) -> bool {
+        self == ShiftKind::Composable
+    }
 }
 
 /// Length over displacement from which edges are joined.
@@ -66,10 +75,11 @@ const STRETCH: f32 = 2.0;
 /// The registry: one line each.
 pub fn build(kind: ShiftKind, threshold: f32) -> Box<dyn ShiftMap> {
     match kind {
-        ShiftKind::Hybrid => Box::new(HybridShift { threshold }),
+        ShiftKind::Hybrid => Box::new(HybridShift { threshold, chance: Chance::Common }),
         ShiftKind::Reconnection => Box::new(ReconnectionShift { threshold }),
         ShiftKind::Replay => Box::new(ReplayShift { threshold }),
         ShiftKind::ReplayReconnection => Box::new(ReplayReconnectionShift { threshold, stretch: STRETCH }),
+        ShiftKind::Composable => Box::new(HybridShift { threshold, chance: Chance::Own }),
     }
 }
 

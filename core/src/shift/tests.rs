@@ -3,10 +3,11 @@
 
 mod antisymmetry;
 mod chain;
+mod composition;
 mod inverse;
 mod jacobian;
 
-use super::HybridShift;
+use super::{Chance, HybridShift};
 use crate::integrator::PathIntegrator;
 use crate::lattice::{Extent, Offset};
 use crate::math::Ray;
@@ -38,7 +39,7 @@ fn each_shift(edge: u32, samples: u32, mut visit: impl FnMut(&Case)) {
         for threshold in THRESHOLDS {
             let view = scene.sensor.view(Extent { width: edge, height: edge });
             let integrator = PathIntegrator { max_depth: 7, roulette_depth: 4, shift_threshold: threshold };
-            let shift = HybridShift { threshold };
+            let shift = HybridShift { threshold, chance: Chance::Common };
             let (mut base, mut offset) = (Subpath::default(), OffsetSubpath::default());
             for pixel in 0..edge * edge {
                 let (x, y) = (pixel % edge, pixel / edge);

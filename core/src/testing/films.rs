@@ -6,13 +6,13 @@ use crate::render::render_unit;
 use crate::scene::Scene;
 use rayon::prelude::*;
 
-/// Renders a frame in tiles of two by two pixels.
+/// Renders a frame in small tiles.
 pub(crate) fn render(scene: &Scene, plan: &Plan) -> Film {
     let layout = plan.layout();
     let mut frame = FrameFold::new(plan.extent, &layout);
     let folds: Vec<TileFold> = plan
         .extent
-        .tiles(2)
+        .tiles(plan.grain().max(2))
         .into_par_iter()
         .map(|tile| {
             let mut fold = TileFold::new(tile, &layout);
