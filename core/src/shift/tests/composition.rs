@@ -108,7 +108,7 @@ fn common_chances_do_not_compose() {
         }
     });
     eprintln!("{compared} compositions of common chances, {apart} apart");
-    assert!(apart * 1_000 > compared, "{apart} of {compared}");
+    assert!(apart > 5, "{apart} of {compared}");
 }
 
 /// The weight of a base path in its own pixel, for everything beyond the first vertex that all images share.
@@ -126,7 +126,7 @@ fn weight(fan: &Fan, base: &Subpath, own: usize, images: &[OffsetSubpath]) -> f6
 fn weights_of_all_images_add_up_to_one() {
     let mut onward = vec![OffsetSubpath::default(); (EDGE * EDGE) as usize];
     let (mut told, mut apart, mut shared) = (0usize, 0usize, 0usize);
-    each_fan(12, 2, |fan| {
+    each_fan(12, 6, |fan| {
         let joined = |image: &OffsetSubpath| if let OffsetEnd::Rejoined { at } = image.end { Some(at) } else { None };
         let mut images = fan.images.to_vec();
         images[fan.own].clear();
