@@ -30,6 +30,7 @@ fn images(form: &ClosedForm, technique: Technique, max_depth: u32) -> Vec<(Recon
                 samples: Some(SAMPLES),
                 extent: Some(EXTENT),
                 max_depth: Some(max_depth),
+                reuse_edge: Some(3),
                 seed,
                 ..Request::default()
             };

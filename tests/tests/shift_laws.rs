@@ -10,7 +10,7 @@ use gradfarm_core::lattice::{Extent, Offset};
 use gradfarm_core::path::{Integrator, OffsetEnd, OffsetSubpath, ShiftMap, Step, Subpath};
 use gradfarm_core::sampling::{Dimension, SampleKey, SampleStream};
 use gradfarm_core::scene::{Scene, load};
-use gradfarm_core::shift::HybridShift;
+use gradfarm_core::shift::{Chance, HybridShift};
 use gradfarm_tests::scenes::still_lifes;
 use rayon::prelude::*;
 
@@ -45,7 +45,7 @@ struct Tally {
 fn pixel(scene: &Scene, threshold: f32, x: u32, y: u32) -> Tally {
     let view = scene.sensor.view(EXTENT);
     let integrator = PathIntegrator { max_depth: 8, roulette_depth: 4, shift_threshold: threshold };
-    let shift = HybridShift { threshold };
+    let shift = HybridShift { threshold, chance: Chance::Common };
     let (mut base, mut offset, mut back) = (Subpath::default(), OffsetSubpath::default(), OffsetSubpath::default());
     let mut tally = Tally::default();
     for index in 0..SAMPLES {
