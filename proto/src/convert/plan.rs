@@ -128,10 +128,10 @@ mod tests {
             Plan::try_from(message).unwrap_err().to_string()
         };
         assert_eq!(spoil(|p| p.extent = None), "plan.extent is missing");
-        assert_eq!(spoil(|p| p.technique = "magic".into()), "plan.technique is \"magic\", expected one of pt, gpt");
+        assert_eq!(spoil(|p| p.technique = "magic".into()), "plan.technique is \"magic\", expected one of pt, gpt, reuse");
         assert_eq!(
             spoil(|p| p.shift = "magic".into()),
-            "plan.shift is \"magic\", expected one of hybrid, reconnection, replay, replay-reconnection"
+            "plan.shift is \"magic\", expected one of hybrid, reconnection, replay, replay-reconnection, composable"
         );
         assert!(spoil(|p| p.shift_survival = 0.0).starts_with("plan.shift_survival is 0"));
         assert!(spoil(|p| p.links = 1000).starts_with("plan.links is 1000"));
