@@ -8,8 +8,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Instant;
 
-use gradfarm_core::plan::{Plan, WorkUnit};
-use gradfarm_core::render::render_unit;
+use gradfarm_core::plan::{Plan, TileGuide, WorkUnit};
+use gradfarm_core::render::{render_guided, render_unit};
 use gradfarm_core::scene::Scene;
 use gradfarm_proto::block::{self, EncodedBlock};
 use gradfarm_proto::convert::LeaseName;
@@ -22,6 +22,7 @@ use crate::error::Error;
 pub(crate) struct Task {
     pub(crate) lease: LeaseName,
     pub(crate) unit: WorkUnit,
+    pub(crate) guide: Option<Arc<TileGuide>>,
     pub(crate) plan: Arc<Plan>,
     pub(crate) scene: Arc<Scene>,
 }
@@ -119,7 +120,10 @@ fn work(shared: &Shared, reports: &UnboundedSender<Report>) {
         }
         let start = Instant::now();
         // `render_unit` keeps nothing between calls, so a panic leaves nothing half done behind.
-        let rendered = catch_unwind(AssertUnwindSafe(|| render_unit(&task.scene, &task.plan, &task.unit)));
+        let rendered = catch_unwind(AssertUnwindSafe(|| match &task.guide {
+            Some(guide) => render_guided(&task.scene, &task.plan, &task.unit, guide),
+            None => render_unit(&task.scene, &task.plan, &task.unit),
+        }));
         let render_seconds = start.elapsed().as_secs_f64();
         let outcome = match rendered {
             Ok(block) => block::encode(&block).map_err(|error| format!("encoding the block: {error}")),

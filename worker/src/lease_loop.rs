@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use gradfarm_core::plan::{Plan, WorkUnit};
+use gradfarm_core::plan::{Plan, TileGuide, WorkUnit};
 use gradfarm_core::scene::Scene;
-use gradfarm_proto::convert::{ConvertError, LeaseName, lease_ref, uuid};
+use gradfarm_proto::convert::{ConvertError, LeaseName, lease_ref, tile_guide, uuid};
 use gradfarm_proto::v1::coordinator_message::Message as Told;
 use gradfarm_proto::v1::farm_client::FarmClient;
 use gradfarm_proto::v1::worker_message::Message as Say;
@@ -45,6 +45,8 @@ enum Stage {
 struct Held {
     stage: Stage,
     unit: WorkUnit,
+    /// Which samples the pixels of a guided unit get.
+    guide: Option<Arc<TileGuide>>,
     plan: Arc<Plan>,
     manifest: Digest,
     load_seconds: f64,
@@ -260,7 +262,7 @@ impl Loop {
     fn queue(&mut self, lease: LeaseName, scene: Arc<Scene>) {
         if let Some(held) = self.held.get_mut(&lease) {
             held.stage = Stage::Queued;
-            self.pool.push(Task { lease, unit: held.unit, plan: held.plan.clone(), scene });
+            self.pool.push(Task { lease, unit: held.unit, guide: held.guide.clone(), plan: held.plan.clone(), scene });
         }
     }
 
@@ -356,8 +358,9 @@ fn read(grant: v1::Grant) -> Result<Vec<(LeaseName, Held)>, ConvertError> {
     for message in grant.leases {
         let lease = lease_ref(message.lease)?;
         let unit = WorkUnit::try_from(message.unit.ok_or(ConvertError::Missing { field: "grant.leases.unit" })?)?;
+        let guide = message.guide.map(|guide| tile_guide(guide, unit.tile)).transpose()?.map(Arc::new);
         let (manifest, plan) = jobs.get(&lease.job).cloned().ok_or(ConvertError::Missing { field: "grant.jobs" })?;
-        let held = Held { stage: Stage::Waiting, unit, plan, manifest, load_seconds: 0.0, compile_seconds: 0.0, delivery: None };
+        let held = Held { stage: Stage::Waiting, unit, guide, plan, manifest, load_seconds: 0.0, compile_seconds: 0.0, delivery: None };
         leases.push((lease, held));
     }
     Ok(leases)

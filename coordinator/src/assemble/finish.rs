@@ -65,6 +65,7 @@ fn encode_exr(record: &JobRecord, film: &Film, reconstructed: &Reconstructed) ->
     named.push(("variance", &both.primal_variance));
     named.extend(reconstructed.error.as_ref().map(|error| ("error", error)));
     let features = &film.features;
+    named.extend(film.counts.as_ref().map(|counts| ("samples", counts)));
     named.extend([("albedo", &features.albedo), ("normal", &features.normal), ("depth", &features.depth)]);
     let metadata = exr::Metadata {
         job: record.id.to_string(),

@@ -1,4 +1,5 @@
-//! Makes frames of results: adds the blocks up in their fixed order, reconstructs, writes the files.
+//! Makes frames of results: adds the blocks up in their fixed order, reconstructs, writes the files. On the way it makes the guides of
+//! frames in rounds, from what is there of them.
 //!
 //! The order is that of the unit numbers, whenever the blocks arrived: so a frame has the same bits whoever rendered what.
 
@@ -8,9 +9,10 @@ mod stitch;
 
 use std::sync::Arc;
 
+use gradfarm_core::plan::Guide;
 use tokio::sync::{Semaphore, mpsc};
 
-use crate::job::{Assembled, Job, JobRecord};
+use crate::job::{Assembled, Errand, Job, JobRecord};
 use crate::schedule::Split;
 use crate::service::command::Command;
 use crate::store::{BlobError, Blobs, Store, StoreError};
@@ -63,19 +65,41 @@ impl Workshop {
         Self { commands, store, blobs, bench: Arc::new(Semaphore::new(1)) }
     }
 
-    /// Takes a frame in, whose results are all there.
-    pub(crate) fn take(&self, job: &Job, position: u32) {
-        let task = Task { record: job.record.clone(), split: job.split.clone(), position };
+    /// Takes a frame in, whose results are all there, or enough of them for a guide.
+    pub(crate) fn take(&self, job: &Job, errand: Errand) {
+        let (Errand::Assemble { frame } | Errand::Guide { frame, .. }) = errand;
+        let task = Task { record: job.record.clone(), split: job.split.clone(), position: frame };
+        let before = job.guides(frame).to_vec();
         let shop = self.clone();
         tokio::spawn(async move {
             let Ok(_bench) = shop.bench.acquire().await else { return };
-            let id = task.record.id;
-            let outcome = shop.assemble(task).await.map_err(|error| error.to_string());
+            let job = task.record.id;
+            let done = match errand {
+                Errand::Assemble { frame } => {
+                    let outcome = shop.assemble(task).await.map_err(|error| error.to_string());
+                    Command::Assembled { job, frame, outcome }
+                }
+                Errand::Guide { frame, round } => {
+                    let outcome = shop.guide(task, round, before).await.map(Arc::new).map_err(|error| error.to_string());
+                    Command::Guided { job, frame, round, outcome }
+                }
+            };
             if let Some(commands) = shop.commands.upgrade() {
                 // If the loop is gone, the next one finds the frame waiting.
-                let _stopped = commands.send(Command::Assembled { job: id, frame: position, outcome }).await;
+                let _stopped = commands.send(done).await;
             }
         });
+    }
+
+    /// The guide of a round: a pure function of the results that steer it, so after a crash it is simply made again.
+    async fn guide(&self, task: Task, round: u32, before: Vec<Arc<Guide>>) -> Result<Guide, AssembleError> {
+        let passes = (round as usize).checked_sub(1).and_then(|at| task.split.steering().get(at)).copied().unwrap_or(0);
+        let (frame, _) = stitch::fold(&task, passes, self.store.as_ref(), &self.blobs).await?;
+        let make = move || {
+            let number = task.record.first_frame + task.position;
+            Ok(Guide::new(&task.record.plan, number, round, &frame.noise()?, &before))
+        };
+        tokio::task::spawn_blocking(make).await?
     }
 
     async fn assemble(&self, task: Task) -> Result<Assembled, AssembleError> {

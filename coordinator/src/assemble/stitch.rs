@@ -1,4 +1,4 @@
-//! Adds a frame's blocks up: for each tile its sample ranges in order, then the tiles into the frame.
+//! Adds a frame's blocks up: for each tile its passes in order, then the tiles into the frame.
 
 use std::time::Instant;
 
@@ -23,12 +23,24 @@ pub(super) struct Stitched {
     pub(super) seconds: f64,
 }
 
-/// Reads all results of a frame and adds them up. As many tiles are in the making as there are cores; each holds its sums in f64 and
-/// one block at a time.
+/// Reads all results of a frame and adds them up.
 pub(super) async fn stitch(task: &Task, store: &dyn Store, blobs: &Blobs) -> Result<Stitched, AssembleError> {
     let start = Instant::now();
+    let (frame, tiles) = fold(task, task.split.passes().len() as u32, store, blobs).await?;
+    let film = tokio::task::spawn_blocking(move || frame.finish()).await??;
+    Ok(Stitched { film, tiles, seconds: start.elapsed().as_secs_f64() })
+}
+
+/// Reads the results of a frame's first `passes` passes and adds them up: the frame, and what was counted in each tile. As many tiles are
+/// in the making as there are cores; each holds its sums in f64 and one block at a time.
+pub(super) async fn fold(
+    task: &Task,
+    passes: u32,
+    store: &dyn Store,
+    blobs: &Blobs,
+) -> Result<(FrameFold, Vec<(Tile, Statistics)>), AssembleError> {
     let first = task.split.units_per_frame() * task.position;
-    let results = store.results(task.record.id, first..first + task.split.units_per_frame()).await?;
+    let results = store.results(task.record.id, first..first + passes * task.split.tiles().len() as u32).await?;
     let result = |unit: u32| {
         let found = results.binary_search_by_key(&unit, |(u, _)| *u).ok().map(|at| results[at].1);
         found.map(|result| (unit, result)).ok_or(AssembleError::Absent { unit })
@@ -36,11 +48,10 @@ pub(super) async fn stitch(task: &Task, store: &dyn Store, blobs: &Blobs) -> Res
     let layout = task.record.plan.layout();
     let mut frame = FrameFold::new(task.record.plan.extent, &layout);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let ranges = 0..task.split.ranges().len() as u32;
     let mut tiles = Vec::with_capacity(task.split.tiles().len());
     for (index, tile) in task.split.tiles().iter().enumerate() {
-        let unit = |range| result(task.split.unit(Place { frame: task.position, range, tile: index as u32 }));
-        tiles.push(fold_tile(*tile, layout.clone(), ranges.clone().map(unit).collect::<Result<_, _>>()?, blobs.clone()));
+        let unit = |pass| result(task.split.unit(Place { frame: task.position, pass, tile: index as u32 }));
+        tiles.push(fold_tile(*tile, layout.clone(), (0..passes).map(unit).collect::<Result<_, _>>()?, blobs.clone()));
     }
     let mut folds = stream::iter(tiles).buffered(cores);
     let mut counted = Vec::with_capacity(task.split.tiles().len());
@@ -49,8 +60,7 @@ pub(super) async fn stitch(task: &Task, store: &dyn Store, blobs: &Blobs) -> Res
         frame.place(&fold)?;
         counted.push((fold.tile(), *fold.statistics()));
     }
-    let film = tokio::task::spawn_blocking(move || frame.finish()).await??;
-    Ok(Stitched { film, tiles: counted, seconds: start.elapsed().as_secs_f64() })
+    Ok((frame, counted))
 }
 
 async fn fold_tile(

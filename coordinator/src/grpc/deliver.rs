@@ -1,7 +1,7 @@
 //! A result: header, chunks, checks, blob, and only then the loop, whose answer is durable.
 
 use gradfarm_core::film::{FilmBlock, PlaneKind};
-use gradfarm_core::plan::WorkUnit;
+use gradfarm_core::plan::{TileGuide, WorkUnit};
 use gradfarm_proto::convert::{LeaseName, lease_ref, uuid};
 use gradfarm_proto::v1::deliver_reply::Outcome;
 use gradfarm_proto::v1::result_chunk::Part;
@@ -25,10 +25,19 @@ struct Header {
     seconds: [f64; 3],
 }
 
+/// What a result must look like.
+struct Expected {
+    work: WorkUnit,
+    layout: Vec<PlaneKind>,
+    guide: Option<TileGuide>,
+}
+
 /// What the loop says of a lease before its result is read.
 enum Standing {
     /// The result would count: what it must look like.
-    Due(WorkUnit, Vec<PlaneKind>),
+    Due(Expected),
+    /// The result would count, but what it must look like is being found out again.
+    Unguided,
     /// It would not, or has counted already.
     Over(Answer),
 }
@@ -44,11 +53,12 @@ pub(super) async fn deliver(
     };
     let header = read_header(&header)?;
     let (lease, digest) = (header.lease, header.digest);
-    let (work, layout) = match handle.look(move |dispatcher| standing(dispatcher, lease, digest)).await.map_err(status)? {
-        Standing::Due(work, layout) => (work, layout),
+    let expected = match handle.look(move |dispatcher| standing(dispatcher, lease, digest)).await.map_err(status)? {
+        Standing::Due(expected) => expected,
+        Standing::Unguided => return Err(Status::unavailable("the guide of this unit is being made again")),
         Standing::Over(answer) => return Ok(reply(answer)),
     };
-    let allowed = block::encoded_size(work.tile, &layout, limits::LINES);
+    let allowed = block::encoded_size(expected.work.tile, &expected.layout, limits::LINES);
     let compressed = match receive(&header, allowed, &mut chunks).await? {
         Ok(compressed) => compressed,
         Err(reason) => return refuse(handle, &header, reason).await,
@@ -56,7 +66,7 @@ pub(super) async fn deliver(
     let checked = {
         let _permit = checks.acquire().await.map_err(|_| Status::unavailable("the coordinator has stopped"))?;
         let (compressed, size) = (compressed.clone(), header.size);
-        tokio::task::spawn_blocking(move || check(&compressed, digest, size, allowed, work, &layout))
+        tokio::task::spawn_blocking(move || check(&compressed, digest, size, allowed, &expected))
             .await
             .map_err(|_| Status::internal("the check of the result broke off"))?
     };
@@ -88,7 +98,8 @@ fn read_header(header: &v1::ResultHeader) -> Result<Header, Status> {
 fn standing(dispatcher: &mut Dispatcher, lease: LeaseName, digest: Digest) -> Standing {
     let Some(job) = dispatcher.job(JobId::from_bytes(lease.job)) else { return Standing::Over(Answer::Superseded) };
     if job.awaits(lease.unit, lease.epoch) {
-        return Standing::Due(job.split.work(lease.unit), job.record.plan.layout());
+        let Ok(guide) = job.guide_of(lease.unit) else { return Standing::Unguided };
+        return Standing::Due(Expected { work: job.split.work(lease.unit), layout: job.record.plan.layout(), guide });
     }
     let counted = job.unit(lease.unit).is_some_and(|u| u.epoch == lease.epoch && u.state == UnitState::Done { content: digest });
     Standing::Over(if counted { Answer::Accepted } else { Answer::Superseded })
@@ -116,13 +127,18 @@ async fn receive(header: &Header, allowed: u64, chunks: &mut Streaming<v1::Resul
     Ok(Ok(bytes))
 }
 
-/// Checks that the bytes are the block that the unit needs: digest, tile, samples, planes, lengths, finite values.
-fn check(compressed: &[u8], digest: Digest, size: u64, allowed: u64, work: WorkUnit, layout: &[PlaneKind]) -> Result<(), String> {
+/// Checks that the bytes are the block that the unit needs: digest, tile, samples, planes, lengths, finite values, counts.
+fn check(compressed: &[u8], digest: Digest, size: u64, allowed: u64, expected: &Expected) -> Result<(), String> {
+    let work = expected.work;
     let block: FilmBlock = block::decode(compressed, digest, size, allowed).map_err(|error| error.to_string())?;
     if (block.tile, block.samples) != (work.tile, work.samples) {
         return Err(format!("block of {:?} {:?}, the unit is {:?} {:?}", block.tile, block.samples, work.tile, work.samples));
     }
-    block.check(layout).map_err(|error| error.to_string())
+    block.check(&expected.layout).map_err(|error| error.to_string())?;
+    match &expected.guide {
+        Some(guide) if !guide.matches(&block) => Err("the block's pixels do not have the samples that their guide says".into()),
+        _ => Ok(()),
+    }
 }
 
 async fn refuse(handle: &Handle, header: &Header, reason: String) -> Result<v1::DeliverReply, Status> {

@@ -28,17 +28,31 @@ pub enum Action {
         /// Who held it.
         worker: WorkerId,
     },
-    /// All results of this frame are there: stitch, reconstruct and write it.
-    Assemble {
-        /// Position of the frame.
-        frame: u32,
-    },
+    /// Do this to a frame from its results, and report.
+    Do(Errand),
     /// The worker failed a unit.
     Blame(WorkerId),
     /// A result of the worker counted.
     Praise(WorkerId),
     /// Tell whoever watches.
     Tell(News),
+}
+
+/// Something that is done to a frame from its results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Errand {
+    /// All results of this frame are there: stitch, reconstruct and write it.
+    Assemble {
+        /// Position of the frame.
+        frame: u32,
+    },
+    /// The results that steer a round are there: make its guide.
+    Guide {
+        /// Position of the frame.
+        frame: u32,
+        /// The round, from 1.
+        round: u32,
+    },
 }
 
 /// The answer to a delivery.

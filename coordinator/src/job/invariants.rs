@@ -5,9 +5,11 @@
 //! * I3: a result counts if and only if its epoch is the unit's at that moment. (Between two states.)
 //! * I4: the samples of a frame are the sum over its done units.
 //! * I5: a frame is assembled if and only if all its units are done.
-//! * I6: a job that is not over has a ready unit, a live lease, or a frame that is being assembled: it always has an owner.
+//! * I6: a job that is not over has a unit that is ready and waits for no guide, a live lease, or a frame that is being assembled or
+//!   guided: it always has an owner.
 //! * I9: a job that is over holds no lease, and a cancelled job stays cancelled.
 
+use super::guides::FrameGuides;
 use super::state::{FrameState, JobState};
 use super::unit::UnitState;
 use super::{Frame, Job};
@@ -56,8 +58,9 @@ pub fn check(job: &Job) -> Result<(), String> {
         }
     }
     let in_work = |frame: &Frame| frame.state == FrameState::Assembling;
-    if !job.state.is_final() && job.units.ready().is_empty() && job.units.leased().is_empty() && !job.frames.iter().any(in_work) {
-        return Err("I6: nothing is ready, leased or being assembled, yet the job is not over".into());
+    let in_work = job.frames.iter().any(in_work) || job.guides.iter().any(FrameGuides::in_the_making);
+    if !job.state.is_final() && job.open_units().next().is_none() && job.units.leased().is_empty() && !in_work {
+        return Err("I6: nothing is ready, leased, being assembled or guided, yet the job is not over".into());
     }
     if job.state.is_final() && !job.units.leased().is_empty() {
         return Err(format!("I9: the job is {:?} and still holds leases", job.state));

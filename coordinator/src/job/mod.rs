@@ -6,6 +6,7 @@
 mod action;
 mod event;
 mod frame;
+mod guides;
 mod identity;
 pub mod invariants;
 mod record;
@@ -16,9 +17,12 @@ mod unit;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use gradfarm_core::film::Statistics;
+use std::sync::Arc;
 
-pub use action::{Action, Answer, News};
+use gradfarm_core::film::Statistics;
+use gradfarm_core::plan::{Guide, TileGuide};
+
+pub use action::{Action, Answer, Errand, News};
 pub use event::{Assembled, Event, submit};
 pub use frame::{Frame, Seconds};
 pub use identity::{JobId, ParseIdError, WorkerId};
@@ -28,6 +32,7 @@ pub use unit::{Unit, UnitState};
 
 pub use crate::clock::Timestamp;
 use crate::schedule::Split;
+use guides::FrameGuides;
 use unit::Units;
 
 /// Failures of one unit that fail its job.
@@ -52,8 +57,14 @@ pub struct Job {
     pub finished: Option<Timestamp>,
     /// Its frames, by position.
     pub frames: Vec<Frame>,
+    guides: Vec<FrameGuides>,
     units: Units,
 }
+
+/// A unit whose guide is not there: it was lost in a crash, and is being made again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the guide of this unit is being made again")]
+pub struct Unguided;
 
 /// Moves a job by one event. Events that come too late, twice or out of turn change nothing and are answered as such.
 pub fn apply(job: &mut Job, event: Event, now: Timestamp) -> Vec<Action> {
@@ -66,7 +77,28 @@ impl Job {
         self.units.get(unit)
     }
 
-    /// Units that wait for a worker.
+    /// The guides of a frame in rounds, as far as they are there, by its position.
+    pub fn guides(&self, frame: u32) -> &[Arc<Guide>] {
+        self.guides.get(frame as usize).map_or(&[], FrameGuides::made)
+    }
+
+    /// What a guide says of a unit: `Ok(None)` if the unit needs none.
+    ///
+    /// # Errors
+    /// If the guide that it needs is not there.
+    pub fn guide_of(&self, unit: u32) -> Result<Option<TileGuide>, Unguided> {
+        let place = self.split.place(unit);
+        let Some(slice) = self.split.passes()[place.pass as usize].slice else { return Ok(None) };
+        Guide::of_tile(self.guides(place.frame), &slice, self.split.tiles()[place.tile as usize]).map(Some).ok_or(Unguided)
+    }
+
+    /// Whether the unit waits for no guide.
+    fn is_open(&self, unit: u32) -> bool {
+        let frame = self.split.place(unit).frame;
+        self.split.open(frame, self.guides(frame).len()).contains(&unit)
+    }
+
+    /// Units that wait for a worker, or for a guide.
     pub fn ready(&self) -> usize {
         self.units.ready().len()
     }
@@ -81,8 +113,16 @@ impl Job {
         if self.state.is_final() {
             return None;
         }
-        let fits = |index: &u32| !others || self.units.get(*index).is_some_and(|unit| unit.failed_on != Some(worker));
-        self.units.ready().iter().copied().find(fits)
+        self.open_units().find(|index| !others || self.units.get(*index).is_some_and(|unit| unit.failed_on != Some(worker)))
+    }
+
+    /// Units that wait for a worker and for no guide, in order.
+    fn open_units(&self) -> impl Iterator<Item = u32> {
+        // Where samples are placed evenly everything is open, and one run of units says so.
+        let even = self.split.steering().is_empty();
+        let runs = if even { 0..1 } else { 0..self.split.frames() };
+        let run = move |frame| if even { 0..self.split.units() } else { self.split.open(frame, self.guides(frame).len()) };
+        runs.flat_map(move |frame| self.units.ready().range(run(frame)).copied())
     }
 
     /// Whether a result for this lease would count now.
@@ -134,6 +174,7 @@ impl Job {
                 actions.push(Action::Revoke { unit: index, epoch: unit.epoch, worker });
             }
         }
+        self.guides.iter_mut().for_each(FrameGuides::drop_all);
         self.state = state;
         self.error = error;
         self.finished = Some(now);

@@ -3,17 +3,18 @@
 use std::time::Duration;
 
 use super::frame::{Frame, Seconds};
+use super::guides::FrameGuides;
 use super::record::StoredJob;
 use super::state::FrameState;
 use super::unit::{UnitState, Units};
-use super::{Action, Job};
+use super::{Action, Errand, Job};
 use crate::clock::Timestamp;
 use crate::schedule::{Split, TooManyUnits};
 
 impl Job {
     /// The job as it was when the last change became durable, and what was still to be done.
     ///
-    /// Leases live on for `ttl` from `now`, so that workers who come back keep theirs. Sums of frames are counted again from their
+    /// Guides are not stored: those that were there are asked for again, one after the other. Leases live on for `ttl` from `now`, so that workers who come back keep theirs. Sums of frames are counted again from their
     /// results, for they are only written when a frame is assembled.
     ///
     /// # Errors
@@ -27,6 +28,7 @@ impl Job {
                 *place = frame;
             }
         }
+        let mut guides = vec![FrameGuides::waiting(&split); frames.len()];
         let mut units = Units::default();
         if !state.is_final() || !stored_units.is_empty() {
             units = Units::ready_all(split.units());
@@ -42,7 +44,9 @@ impl Job {
             match (stored.result, stored.lease) {
                 (Some(result), _) => {
                     units.set(stored.unit, UnitState::Done { content: result.content });
-                    let frame = &mut frames[split.place(stored.unit).frame as usize];
+                    let place = split.place(stored.unit);
+                    guides[place.frame as usize].done(&split, place.pass);
+                    let frame = &mut frames[place.frame as usize];
                     if frame.state != FrameState::Done {
                         frame.units += 1;
                         frame.samples += split.samples(stored.unit);
@@ -54,10 +58,16 @@ impl Job {
                 (None, _) => {}
             }
         }
-        let pending = |(position, frame): (usize, &Frame)| {
-            (!state.is_final() && frame.state == FrameState::Assembling).then_some(Action::Assemble { frame: position as u32 })
-        };
-        let actions = frames.iter().enumerate().filter_map(pending).collect();
-        Ok((Self { record, split, state, error, started, finished, frames, units }, actions))
+        let mut actions = Vec::new();
+        for (position, (frame, guides)) in (0..).zip(frames.iter().zip(&mut guides)) {
+            if state.is_final() || matches!(frame.state, FrameState::Assembling | FrameState::Done) {
+                guides.drop_all();
+            }
+            if !state.is_final() && frame.state == FrameState::Assembling {
+                actions.push(Action::Do(Errand::Assemble { frame: position }));
+            }
+            actions.extend(guides.next(position).map(Action::Do));
+        }
+        Ok((Self { record, split, state, error, started, finished, frames, guides, units }, actions))
     }
 }

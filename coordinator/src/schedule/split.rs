@@ -1,18 +1,23 @@
-//! Cuts a job into units of work: frames × sample ranges × tiles, in one dense numbering that the plan and the tile edge fix.
+//! Cuts a job into units of work: frames × passes × tiles, in one dense numbering that the plan and the tile edge fix.
 
-use gradfarm_core::lattice::{SampleRange, Tile};
-use gradfarm_core::plan::{Plan, WorkUnit};
+use std::ops::Range;
+
+use gradfarm_core::lattice::Tile;
+use gradfarm_core::plan::{Pass, Plan, WorkUnit};
 
 /// The units of a job.
 ///
-/// Unit `((f · ranges) + r) · tiles + t` is sample range `r` of tile `t` of the job's `f`-th frame: a frame's first range covers
-/// the whole image before its second one starts, so that an early look shows every pixel, and ranges added later come last.
+/// Unit `((f · passes) + p) · tiles + t` is pass `p` over tile `t` of the job's `f`-th frame: a frame's first pass covers the whole image
+/// before its second one starts, so that an early look shows every pixel. Guided passes come last, in the order of their rounds, so
+/// that the units of a frame that need no guide beyond a certain round are its first ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Split {
     first_frame: u32,
     frames: u32,
     tiles: Vec<Tile>,
-    ranges: Vec<SampleRange>,
+    passes: Vec<Pass>,
+    /// For each guide of a frame, how many of its first passes steer it.
+    steering: Vec<u32>,
 }
 
 /// Where a unit lies: positions, not frame numbers or pixels.
@@ -20,8 +25,8 @@ pub struct Split {
 pub struct Place {
     /// Which of the job's frames.
     pub frame: u32,
-    /// Which of the frame's sample ranges.
-    pub range: u32,
+    /// Which of the frame's passes.
+    pub pass: u32,
     /// Which of its tiles.
     pub tile: u32,
 }
@@ -45,11 +50,14 @@ impl Split {
     pub fn new(plan: &Plan, first_frame: u32, frames: u32, edge: u32) -> Result<Self, TooManyUnits> {
         let edge = edge.div_ceil(plan.grain()).max(1).saturating_mul(plan.grain());
         let columns = u128::from(plan.extent.width.div_ceil(edge)) * u128::from(plan.extent.height.div_ceil(edge));
-        let found = columns * u128::from(plan.samples.div_ceil(plan.batch.max(1))) * u128::from(frames);
+        let found = columns * u128::from(plan.pass_count()) * u128::from(frames);
         if found > u128::from(Self::MOST) {
             return Err(TooManyUnits { found });
         }
-        Ok(Self { first_frame, frames, tiles: plan.extent.tiles(edge), ranges: plan.sample_ranges() })
+        let passes = plan.passes();
+        let steers = |round| passes.partition_point(|pass| pass.slice.is_none() && pass.samples.end() <= plan.even_before(round)) as u32;
+        let steering = (1..plan.rounds).map(steers).collect();
+        Ok(Self { first_frame, frames, tiles: plan.extent.tiles(edge), passes, steering })
     }
 
     /// Number of frames.
@@ -62,14 +70,26 @@ impl Split {
         &self.tiles
     }
 
-    /// Sample ranges of every tile, in order.
-    pub fn ranges(&self) -> &[SampleRange] {
-        &self.ranges
+    /// Passes over every tile, in the order of their sums.
+    pub fn passes(&self) -> &[Pass] {
+        &self.passes
+    }
+
+    /// For the guide of each round from 1 on, how many of a frame's first passes steer it. Empty where samples are placed evenly.
+    pub fn steering(&self) -> &[u32] {
+        &self.steering
+    }
+
+    /// The units of a frame, by its position, that can be rendered when the guides of so many rounds are there.
+    pub fn open(&self, frame: u32, guides: usize) -> Range<u32> {
+        let first = frame * self.units_per_frame();
+        let passes = self.passes.partition_point(|pass| pass.slice.is_none_or(|slice| slice.round as usize <= guides));
+        first..first + (passes * self.tiles.len()) as u32
     }
 
     /// Units of one frame.
     pub fn units_per_frame(&self) -> u32 {
-        (self.tiles.len() * self.ranges.len()) as u32
+        (self.tiles.len() * self.passes.len()) as u32
     }
 
     /// Units of the job.
@@ -77,34 +97,34 @@ impl Split {
         self.units_per_frame() * self.frames
     }
 
-    /// Camera samples of one frame.
+    /// Camera samples of one frame. Guided ones are placed exactly as many as planned, over the frame; each unit counts as the mean.
     pub fn samples_per_frame(&self) -> u64 {
         let pixels: u64 = self.tiles.iter().map(|tile| tile.pixels() as u64).sum();
-        pixels * self.ranges.iter().map(|range| u64::from(range.count)).sum::<u64>()
+        pixels * self.passes.iter().map(|pass| u64::from(pass.samples.count)).sum::<u64>()
     }
 
     /// Where a unit lies. The unit must be one of the job's.
     pub fn place(&self, unit: u32) -> Place {
         let (rest, tile) = (unit / self.tiles.len() as u32, unit % self.tiles.len() as u32);
-        Place { frame: rest / self.ranges.len() as u32, range: rest % self.ranges.len() as u32, tile }
+        Place { frame: rest / self.passes.len() as u32, pass: rest % self.passes.len() as u32, tile }
     }
 
     /// The unit at a place.
     pub fn unit(&self, place: Place) -> u32 {
-        (place.frame * self.ranges.len() as u32 + place.range) * self.tiles.len() as u32 + place.tile
+        (place.frame * self.passes.len() as u32 + place.pass) * self.tiles.len() as u32 + place.tile
     }
 
-    /// What is to be rendered for a unit.
+    /// What is to be rendered for a unit; for one of a guided pass a guide says the rest.
     pub fn work(&self, unit: u32) -> WorkUnit {
         let place = self.place(unit);
         WorkUnit {
             frame: self.first_frame + place.frame,
             tile: self.tiles[place.tile as usize],
-            samples: self.ranges[place.range as usize],
+            samples: self.passes[place.pass as usize].samples,
         }
     }
 
-    /// Camera samples of a unit.
+    /// Camera samples of a unit; of a guided one, as many as it has on average.
     pub fn samples(&self, unit: u32) -> u64 {
         let work = self.work(unit);
         work.tile.pixels() as u64 * u64::from(work.samples.count)
@@ -171,6 +191,29 @@ pub(crate) mod tests {
         let split = Split::new(&plan, 0, 1, 16).unwrap();
         assert!(split.tiles().iter().all(|tile| tile.x.is_multiple_of(18) && tile.y.is_multiple_of(18)));
         assert_eq!(split.tiles().iter().map(|tile| tile.pixels()).sum::<usize>(), 40 * 30);
+    }
+
+    #[test]
+    fn guided_units_open_round_by_round() {
+        let plan = Plan { rounds: 3, ..plan(8, 8, 96) };
+        let split = Split::new(&plan, 0, 2, 4).unwrap();
+        assert_eq!(split.steering().len(), 2);
+        assert!(split.open(0, 0).len() < split.open(0, 1).len() && split.open(0, 1).len() < split.open(0, 2).len());
+        for frame in 0..2 {
+            let all = frame * split.units_per_frame()..(frame + 1) * split.units_per_frame();
+            assert_eq!(split.open(frame, 2), all);
+            for unit in all {
+                let slice = split.passes()[split.place(unit).pass as usize].slice;
+                let needed = slice.map_or(0, |slice| slice.round as usize);
+                assert!((0..3).all(|guides| split.open(frame, guides).contains(&unit) == (needed <= guides)));
+            }
+        }
+        for (round, steering) in (1..).zip(split.steering()) {
+            let samples: u32 = split.passes()[..*steering as usize].iter().map(|pass| pass.samples.count).sum();
+            assert_eq!(samples, plan.even_before(round));
+        }
+        let even = Split::new(&Plan { rounds: 1, ..plan }, 0, 2, 4).unwrap();
+        assert!(even.steering().is_empty() && even.open(1, 0).end == even.units());
     }
 
     #[test]

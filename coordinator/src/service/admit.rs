@@ -15,6 +15,8 @@ use crate::store::Blobs;
 const NAME: usize = 200;
 /// Longest edge of a tile [pixels].
 const TILE: u32 = 1024;
+/// Longest edge of a tile where its leases carry counts of pixels [pixels].
+const GUIDED_TILE: u32 = 256;
 /// Most counters that a block is expected to carry.
 const COUNTERS: usize = limits::LINES;
 
@@ -32,6 +34,10 @@ pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp)
         Ok::<_, Error>((description, scene.assets(), plan))
     });
     let (description, names, plan) = planned.await.map_err(|_| Error::Stopped)??;
+    if plan.rounds > 1 && tile > GUIDED_TILE {
+        let expected = format!("1 to {GUIDED_TILE} pixels with several rounds, for a lease carries the counts of its pixels");
+        return Err(Error::Invalid { what: "tile", found: tile.to_string(), expected });
+    }
     let split = Split::new(&plan, frames.first, frames.count, tile)?;
     check_blocks(&plan, &split)?;
     let unlisted: Vec<String> = names.iter().filter(|name| !assets.contains_key(*name)).cloned().collect();

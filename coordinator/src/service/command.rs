@@ -1,5 +1,8 @@
 //! What the loop can be asked to do.
 
+use std::sync::Arc;
+
+use gradfarm_core::plan::Guide;
 use gradfarm_proto::convert::LeaseName;
 use gradfarm_proto::{Digest, v1};
 use tokio::sync::{mpsc, oneshot};
@@ -32,6 +35,8 @@ pub(crate) enum Command {
     Deliver { worker: WorkerId, lease: LeaseName, result: DeliveredRecord, reply: oneshot::Sender<Answer> },
     /// A frame was assembled, or could not be.
     Assembled { job: JobId, frame: u32, outcome: Result<Assembled, String> },
+    /// A round's guide was made, or could not be.
+    Guided { job: JobId, frame: u32, round: u32, outcome: Result<Arc<Guide>, String> },
 }
 
 /// One connection of one worker.

@@ -11,12 +11,13 @@ use gradfarm_proto::v1::coordinator_message::Message;
 use tokio::sync::{broadcast, mpsc, oneshot};
 
 use super::command::{Command, Hello, SessionKey};
+use super::grant::grants;
 use super::look;
 use super::roster::Roster;
 use super::view::JobEvent;
 use crate::clock::{Clock, Timestamp};
 use crate::error::Error;
-use crate::job::{self, Action, Answer, Change, Event, Job, JobId, JobRecord, News, WorkerId};
+use crate::job::{self, Action, Answer, Change, Errand, Event, Job, JobId, JobRecord, News, WorkerId};
 use crate::schedule::{Queue, choose};
 use crate::store::Store;
 
@@ -25,8 +26,8 @@ const TURN: usize = 256;
 /// Events that a watcher may lag behind.
 const WATCH: usize = 1024;
 
-/// What is told to a job's assembler: the job as it is, and the position of the frame.
-pub(crate) type Assembler = Box<dyn Fn(&Job, u32) + Send + Sync>;
+/// What is told to a job's assembler: the job as it is, and what to do.
+pub(crate) type Assembler = Box<dyn Fn(&Job, Errand) + Send + Sync>;
 
 /// The loop's state.
 pub(crate) struct Dispatcher {
@@ -56,18 +57,18 @@ enum Effect {
     Look(Box<dyn FnOnce(&mut Dispatcher) + Send>),
     Send(WorkerId, Message),
     Grant(WorkerId, LeaseName),
-    Assemble(JobId, u32),
+    Do(JobId, Errand),
     Tell(JobId, News),
 }
 
 impl Dispatcher {
-    /// A dispatcher over the jobs that the store kept, with the frames whose assembly was broken off.
+    /// A dispatcher over the jobs that the store kept, with what was to be done to their frames and was broken off.
     pub(crate) async fn restore(
         store: Arc<dyn Store>,
         heartbeat: Duration,
         ttl: Duration,
         assembler: Assembler,
-    ) -> Result<(Self, Vec<(JobId, u32)>), Error> {
+    ) -> Result<(Self, Vec<(JobId, Errand)>), Error> {
         let clock = Clock::new();
         let mut dispatcher = Self {
             clock,
@@ -86,7 +87,7 @@ impl Dispatcher {
             let id = stored.record.id;
             let (job, actions) = Job::restore(stored, clock.now(), ttl)?;
             pending.extend(actions.into_iter().filter_map(|action| match action {
-                Action::Assemble { frame } => Some((id, frame)),
+                Action::Do(errand) => Some((id, errand)),
                 _ => None,
             }));
             dispatcher.admit(job);
@@ -97,15 +98,15 @@ impl Dispatcher {
     /// Works until `commands` is closed or `stop` says so.
     pub(crate) async fn run(
         mut self,
-        pending: Vec<(JobId, u32)>,
+        pending: Vec<(JobId, Errand)>,
         mut commands: mpsc::Receiver<Command>,
         stop: impl Future<Output = ()>,
     ) -> Result<(), Error> {
         let mut tick = tokio::time::interval((self.ttl / 10).clamp(Duration::from_millis(10), Duration::from_millis(500)));
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         tokio::pin!(stop);
-        for (job, frame) in pending {
-            self.carry_out(Effect::Assemble(job, frame));
+        for (job, errand) in pending {
+            self.carry_out(Effect::Do(job, errand));
         }
         loop {
             let first = tokio::select! {
@@ -198,6 +199,9 @@ impl Dispatcher {
             }
             Command::Assembled { job, frame, outcome } => {
                 self.apply(job, Event::Assembled { frame, outcome }, turn);
+            }
+            Command::Guided { job, frame, round, outcome } => {
+                self.apply(job, Event::Guided { frame, round, outcome }, turn);
             }
         }
     }
@@ -339,7 +343,7 @@ impl Dispatcher {
                 Action::Revoke { unit, epoch, worker } => {
                     turn.effects.push(revoke(worker, LeaseName { job: id.to_bytes(), unit, epoch }));
                 }
-                Action::Assemble { frame } => turn.effects.push(Effect::Assemble(id, frame)),
+                Action::Do(errand) => turn.effects.push(Effect::Do(id, errand)),
                 Action::Blame(worker) => self.roster.blame(worker, now),
                 Action::Praise(worker) => self.roster.praise(worker),
                 Action::Tell(news) => turn.effects.push(Effect::Tell(id, news)),
@@ -360,8 +364,7 @@ impl Dispatcher {
             }
         }
         for (worker, leases) in grants {
-            let grant = self.grant(&leases);
-            self.send(worker, Message::Grant(grant));
+            self.send_grants(worker, &leases);
         }
         self.watchers.retain(|_, watcher| watcher.receiver_count() > 0);
     }
@@ -371,13 +374,10 @@ impl Dispatcher {
             Effect::Reply(reply) => reply(),
             Effect::Look(look) => look(self),
             Effect::Send(worker, message) => self.send(worker, message),
-            Effect::Grant(worker, lease) => {
-                let grant = self.grant(&[lease]);
-                self.send(worker, Message::Grant(grant));
-            }
-            Effect::Assemble(id, frame) => {
+            Effect::Grant(worker, lease) => self.send_grants(worker, &[lease]),
+            Effect::Do(id, errand) => {
                 if let Some(job) = self.jobs.get(&id) {
-                    (self.assembler)(job, frame);
+                    (self.assembler)(job, errand);
                 }
             }
             Effect::Tell(id, news) => {
@@ -402,19 +402,10 @@ impl Dispatcher {
         }
     }
 
-    fn grant(&self, leases: &[LeaseName]) -> v1::Grant {
-        let ids: BTreeSet<JobId> = leases.iter().map(|lease| JobId::from_bytes(lease.job)).collect();
-        let jobs: Vec<&Job> = ids.iter().filter_map(|id| self.jobs.get(id)).collect();
-        let spec = |job: &&Job| v1::JobSpec {
-            job: bytes::Bytes::copy_from_slice(&job.record.id.to_bytes()),
-            manifest: job.record.scene.to_bytes(),
-            plan: Some(v1::Plan::from(&job.record.plan)),
-        };
-        let lease = |name: &LeaseName| {
-            let job = self.jobs.get(&JobId::from_bytes(name.job))?;
-            Some(v1::Lease { lease: Some((*name).into()), unit: Some(job.split.work(name.unit).into()) })
-        };
-        v1::Grant { jobs: jobs.iter().map(spec).collect(), leases: leases.iter().filter_map(lease).collect() }
+    fn send_grants(&mut self, worker: WorkerId, leases: &[LeaseName]) {
+        for grant in grants(&self.jobs, leases) {
+            self.send(worker, Message::Grant(grant));
+        }
     }
 
     /// Leases of a worker in all open jobs.

@@ -60,11 +60,11 @@ fn span(job: &Job) -> f64 {
 pub(super) fn tiles(job: &Job, number: u32) -> Result<Vec<TileView>, Error> {
     let position = position(job, number)?;
     let whole = job.frames[position as usize].state == FrameState::Done;
-    let ranges = job.split.ranges().len() as u32;
+    let passes = job.split.passes().len() as u32;
     let view = |(index, tile): (usize, &gradfarm_core::lattice::Tile)| {
-        let mut view = TileView { tile: *tile, units: Count { done: 0, total: u64::from(ranges) }, leased: 0 };
-        for range in 0..ranges {
-            match job.unit(job.split.unit(Place { frame: position, range, tile: index as u32 })).map(|unit| unit.state) {
+        let mut view = TileView { tile: *tile, units: Count { done: 0, total: u64::from(passes) }, leased: 0 };
+        for pass in 0..passes {
+            match job.unit(job.split.unit(Place { frame: position, pass, tile: index as u32 })).map(|unit| unit.state) {
                 Some(UnitState::Done { .. }) => view.units.done += 1,
                 Some(UnitState::Leased { .. }) => view.leased += 1,
                 // Units of finished jobs are not kept in memory.
@@ -108,12 +108,12 @@ pub(super) fn events(job: &Job, news: News, now: Timestamp) -> Vec<JobEvent> {
         }
         News::Tile { frame, tile } => {
             let number = job.record.first_frame + frame;
-            let ranges = job.split.ranges().len() as u32;
-            let done = |range: &u32| {
-                let unit = job.unit(job.split.unit(Place { frame, range: *range, tile }));
+            let passes = job.split.passes().len() as u32;
+            let done = |pass: &u32| {
+                let unit = job.unit(job.split.unit(Place { frame, pass: *pass, tile }));
                 unit.is_some_and(|unit| matches!(unit.state, UnitState::Done { .. }))
             };
-            let units = Count { done: (0..ranges).filter(done).count() as u64, total: u64::from(ranges) };
+            let units = Count { done: (0..passes).filter(done).count() as u64, total: u64::from(passes) };
             vec![JobEvent::Tile { frame: number, tile, units }, progress_event(job, now)]
         }
     }

@@ -1,10 +1,11 @@
 //! The running coordinator: `Config` opens a `Service`, a `Handle` speaks to it, `run` serves workers until shut down.
 //!
-//! `dispatch` is the loop that owns jobs and workers, `command` what it can be asked, `admit` checks submissions, `look` makes views.
+//! `dispatch` is the loop that owns jobs and workers, `grant` words its leases, `command` what it can be asked, `admit` checks submissions, `look` makes views.
 
 mod admit;
 pub(crate) mod command;
 pub(crate) mod dispatch;
+mod grant;
 mod handle;
 mod look;
 mod roster;
@@ -29,8 +30,8 @@ use crate::assemble::Workshop;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::grpc;
-use crate::job::JobId;
 pub use crate::job::Seconds;
+use crate::job::{Errand, JobId};
 use crate::store::{Blobs, Sqlite, Store};
 use command::Command;
 use dispatch::Dispatcher;
@@ -76,7 +77,7 @@ pub struct Service {
     handle: Handle,
     commands: mpsc::Receiver<Command>,
     dispatcher: Dispatcher,
-    pending: Vec<(JobId, u32)>,
+    pending: Vec<(JobId, Errand)>,
     /// Held as long as the service lives; the system releases it even after a crash.
     _lock: File,
 }
@@ -101,7 +102,7 @@ impl Service {
         let (sender, commands) = mpsc::channel(QUEUE);
         let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new() };
         let workshop = Workshop::new(handle.commands.downgrade(), store.clone(), blobs);
-        let assembler = Box::new(move |job: &crate::job::Job, frame| workshop.take(job, frame));
+        let assembler = Box::new(move |job: &crate::job::Job, errand| workshop.take(job, errand));
         let (dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, assembler).await?;
         Ok(Self { handle, commands, dispatcher, pending, _lock: lock })
     }

@@ -86,7 +86,7 @@ pub struct FrameView {
 pub struct TileView {
     /// Its pixels.
     pub tile: Tile,
-    /// Sample ranges (units of work) of this tile.
+    /// Passes (units of work) over this tile.
     pub units: Count,
     /// How many of them are leased at this moment.
     pub leased: u64,
@@ -136,13 +136,13 @@ pub enum JobEvent {
         /// Time since the first lease [s].
         elapsed: f64,
     },
-    /// A tile has one more sample range.
+    /// A tile has the result of one more pass.
     Tile {
         /// Frame number.
         frame: u32,
         /// Index of the tile, row by row.
         tile: u32,
-        /// Sample ranges.
+        /// Passes.
         units: Count,
     },
     /// A frame changed its state.

@@ -10,7 +10,7 @@
 //! directions, for that is what its samples change; and halves steer each other, where the published method steers by what it averages.
 
 use super::{Plan, ReconstructionKind, Slice};
-use crate::film::{Image, Noise};
+use crate::film::{FilmBlock, Image, Noise, PlaneKind};
 use crate::lattice::{Extent, Half, SampleRange, Tile};
 use crate::sampling::{Dimension, SampleKey, SampleStream};
 use rayon::prelude::*;
@@ -99,6 +99,14 @@ impl AsRef<Guide> for Guide {
 }
 
 impl TileGuide {
+    /// Whether the pixels of a block have the counts that this guide gives them; it must be of their tile.
+    pub fn matches(&self, block: &FilmBlock) -> bool {
+        Half::ALL.into_iter().all(|half| {
+            let counts = block.planes.iter().find(|(kind, _)| *kind == PlaneKind::Count(half));
+            counts.is_some_and(|(_, found)| found.iter().copied().eq(self.halves[half.index()].iter().map(|run| run.count as f32)))
+        })
+    }
+
     /// The samples of a pixel of the tile: their halves, and their indices as the stream of random numbers knows them.
     pub fn samples(&self, pixel: usize) -> impl Iterator<Item = (Half, u32)> + '_ {
         Half::ALL.into_iter().flat_map(move |half| {

@@ -63,6 +63,12 @@ impl Plan {
         passes
     }
 
+    /// How many passes a frame has, without listing them.
+    pub fn pass_count(&self) -> u64 {
+        let batches = |samples: u32| u64::from(samples.div_ceil(self.batch.max(1)));
+        (0..self.rounds).map(|round| batches(self.samples_in(round) - self.guided_in(round)) + batches(self.guided_in(round))).sum()
+    }
+
     /// Even samples per pixel of the rounds before this one.
     pub fn even_before(&self, round: u32) -> u32 {
         (0..round.min(self.rounds)).map(|r| self.samples_in(r) - self.guided_in(r)).sum()
@@ -119,7 +125,7 @@ mod tests {
                 assert!(pass.samples.count <= plan.batch && pass.samples.count > 0);
                 next = pass.samples.end();
             }
-            assert_eq!(next, samples);
+            assert_eq!((next, passes.len() as u64), (samples, plan.pass_count()));
             assert!(plan.even_before(1) >= samples / rounds - 1, "{}", plan.even_before(1));
             let first_guided = passes.iter().position(|pass| pass.slice.is_some()).unwrap();
             assert!(passes[first_guided..].iter().all(|pass| pass.slice.is_some()));

@@ -1,9 +1,11 @@
 //! Between messages and core types: `From` where nothing can be wrong, `TryFrom` where a peer may have sent nonsense.
 
 mod film;
+mod guide;
 mod plan;
 mod unit;
 
+pub use guide::tile_guide;
 pub use unit::{LeaseName, lease_ref, uuid};
 
 /// A message that does not say what it should.

@@ -3,7 +3,7 @@
 use crate::clock::Timestamp;
 use crate::job::record::DeliveredRecord;
 use crate::job::unit::UnitState;
-use crate::job::{Action, Answer, Change, FrameState, Job, News, Seconds, WorkerId};
+use crate::job::{Action, Answer, Change, Errand, FrameState, Job, News, Seconds, WorkerId};
 
 pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, result: DeliveredRecord, now: Timestamp) -> Vec<Action> {
     let superseded = vec![Action::Answer(Answer::Superseded)];
@@ -33,10 +33,14 @@ pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, resu
     frame.seconds += Seconds { load: result.load, compile: result.compile, render: result.render, ..Seconds::default() };
     frame.seconds.render_span = frame.started.map_or(0.0, |started| now.seconds_since(started));
     actions.push(Action::Tell(News::Tile { frame: place.frame, tile: place.tile }));
+    let guides = &mut job.guides[place.frame as usize];
+    guides.done(&job.split, place.pass);
+    actions.extend(guides.next(place.frame).map(Action::Do));
     if frame.units == all {
+        guides.drop_all();
         frame.state = FrameState::Assembling;
         actions.push(job.kept_frame(place.frame));
-        actions.push(Action::Assemble { frame: place.frame });
+        actions.push(Action::Do(Errand::Assemble { frame: place.frame }));
         actions.push(Action::Tell(News::Frame(place.frame)));
     }
     actions

@@ -4,6 +4,7 @@ mod assembled;
 mod cancelled;
 mod delivered;
 mod failed;
+mod guided;
 mod leased;
 mod released;
 mod renewed;
@@ -14,6 +15,8 @@ use super::record::{DeliveredRecord, FileRecord};
 use super::{Action, Job, Seconds};
 use crate::clock::Timestamp;
 use gradfarm_core::film::Statistics;
+use gradfarm_core::plan::Guide;
+use std::sync::Arc;
 
 pub use submitted::submit;
 
@@ -87,6 +90,15 @@ pub enum Event {
         /// The outcome.
         outcome: Result<Assembled, String>,
     },
+    /// The guide of a round was made, or could not be.
+    Guided {
+        /// Position of the frame.
+        frame: u32,
+        /// The round.
+        round: u32,
+        /// The outcome.
+        outcome: Result<Arc<Guide>, String>,
+    },
 }
 
 /// A frame that is finished and stored.
@@ -114,6 +126,7 @@ impl Event {
             Event::Failed { unit, epoch, worker, reason } => failed::apply(job, unit, epoch, worker, &reason, now),
             Event::Cancelled => cancelled::apply(job, now),
             Event::Assembled { frame, outcome } => assembled::apply(job, frame, outcome, now),
+            Event::Guided { frame, round, outcome } => guided::apply(job, frame, round, outcome, now),
         }
     }
 }

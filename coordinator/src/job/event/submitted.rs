@@ -1,5 +1,6 @@
 //! A job is accepted.
 
+use crate::job::guides::FrameGuides;
 use crate::job::record::JobRecord;
 use crate::job::unit::Units;
 use crate::job::{Action, Change, Frame, Job, JobState, News};
@@ -17,6 +18,7 @@ pub fn submit(record: JobRecord) -> Result<(Job, Vec<Action>), TooManyUnits> {
         started: None,
         finished: None,
         frames: vec![Frame::waiting(); split.frames() as usize],
+        guides: vec![FrameGuides::waiting(&split); split.frames() as usize],
         units: Units::ready_all(split.units()),
         split,
         record: record.clone(),

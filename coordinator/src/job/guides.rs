@@ -1,0 +1,68 @@
+//! The guides of a frame in rounds: which are there, which is being made, and what the next one still waits for.
+
+use std::sync::Arc;
+
+use gradfarm_core::plan::Guide;
+
+use super::action::Errand;
+use crate::schedule::Split;
+
+/// What a frame knows of its guides. Nothing of it is stored: guides are made again from results.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct FrameGuides {
+    made: Vec<Arc<Guide>>,
+    /// Round of the guide that was asked for last; 0 before the first.
+    asked: u32,
+    /// For each round from 1 on, how many of the units that steer its guide are not done.
+    missing: Vec<u32>,
+}
+
+impl FrameGuides {
+    /// Those of a frame that nothing was done for.
+    pub(super) fn waiting(split: &Split) -> Self {
+        let missing = split.steering().iter().map(|passes| passes * split.tiles().len() as u32).collect();
+        Self { made: Vec::new(), asked: 0, missing }
+    }
+
+    /// The guides of rounds 1, 2 and so on.
+    pub(super) fn made(&self) -> &[Arc<Guide>] {
+        &self.made
+    }
+
+    /// Whether a guide is being made.
+    pub(super) fn in_the_making(&self) -> bool {
+        self.asked as usize > self.made.len()
+    }
+
+    /// A unit of this pass is done.
+    pub(super) fn done(&mut self, split: &Split, pass: u32) {
+        for (missing, steering) in self.missing.iter_mut().zip(split.steering()) {
+            if pass < *steering {
+                *missing = missing.saturating_sub(1);
+            }
+        }
+    }
+
+    /// The next guide to make, once: when all that steers it is there, and the guides before it.
+    pub(super) fn next(&mut self, frame: u32) -> Option<Errand> {
+        let due = !self.in_the_making() && self.missing.get(self.made.len()) == Some(&0);
+        due.then(|| {
+            self.asked += 1;
+            Errand::Guide { frame, round: self.asked }
+        })
+    }
+
+    /// A guide was made; whether it is the one that was asked for.
+    pub(super) fn take(&mut self, round: u32, guide: Arc<Guide>) -> bool {
+        let expected = self.in_the_making() && round == self.asked;
+        if expected {
+            self.made.push(guide);
+        }
+        expected
+    }
+
+    /// All units are done, or none will be: the guides are not needed any more.
+    pub(super) fn drop_all(&mut self) {
+        *self = Self::default();
+    }
+}
