@@ -114,7 +114,9 @@ impl Coordinator {
         let file = self.data.path().join("scene.json");
         std::fs::write(&file, job.scene).unwrap();
         let (file, tile) = (file.to_str().unwrap(), job.tile.to_string());
+        let rounds = job.rounds.to_string();
         let arguments = ["submit", file, "--technique", "gpt", "--samples", &samples, "--size", &size, "--tile", &tile, "--seed", "11"];
+        let arguments = [&arguments[..], &["--rounds", &rounds]].concat();
         self.ask(&arguments).unwrap().trim().to_owned()
     }
 
@@ -160,6 +162,8 @@ pub struct Job {
     pub samples: u32,
     /// Edge of the tiles.
     pub tile: u32,
+    /// Rounds in which samples are placed.
+    pub rounds: u32,
 }
 
 impl Job {
@@ -170,7 +174,8 @@ impl Job {
             let description = SceneDescription::from_json(self.scene, "scene").unwrap();
             let extent = gradfarm_core::lattice::Extent { width: self.width, height: self.height };
             let technique = Some(plan::Technique::Gpt);
-            let request = Request { technique, samples: Some(self.samples), extent: Some(extent), seed: 11, ..Request::default() };
+            let (samples, rounds) = (Some(self.samples), Some(self.rounds));
+            let request = Request { technique, samples, extent: Some(extent), seed: 11, rounds, ..Request::default() };
             let plan: Plan = plan::resolve(&description, &request).unwrap();
             let film = frame::render(&Scene::compile(&description, &NoAssets).unwrap(), &plan).unwrap();
             let image = reconstruct(&film, plan.reconstruction, plan.alpha).unwrap();
@@ -192,7 +197,7 @@ impl Reference {
     pub fn assert_same_bits(&self, file: &[u8]) {
         let both = self.film.combined();
         let gradients = both.gradients.as_ref().unwrap();
-        let layers: [(&str, &Image); 6] = [
+        let mut layers: Vec<(&str, &Image)> = vec![
             ("", &self.image.image),
             ("primal", &self.image.primal),
             ("dx", &gradients.dx),
@@ -200,6 +205,7 @@ impl Reference {
             ("variance", &both.primal_variance),
             ("albedo", &self.film.features.albedo),
         ];
+        layers.extend(self.film.counts.as_ref().map(|counts| ("samples", counts)));
         for (name, expected) in layers {
             let found = exr::read_layer(file, name).unwrap();
             assert_eq!(found.extent(), expected.extent());

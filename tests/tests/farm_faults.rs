@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use gradfarm_tests::farm::{Coordinator, Job};
 
-const JOB: Job = Job { scene: include_str!("../scenes/cornell-box.json"), width: 80, height: 60, samples: 128, tile: 16 };
+const JOB: Job = Job { scene: include_str!("../scenes/cornell-box.json"), width: 80, height: 60, samples: 128, tile: 16, rounds: 1 };
 /// 5 × 4 tiles, 8 sample ranges each.
 const UNITS: u64 = 160;
 

@@ -2,7 +2,7 @@
 
 use gradfarm_tests::farm::{Coordinator, Job};
 
-const JOB: Job = Job { scene: include_str!("../scenes/cornell-box.json"), width: 100, height: 70, samples: 48, tile: 64 };
+const JOB: Job = Job { scene: include_str!("../scenes/cornell-box.json"), width: 100, height: 70, samples: 48, tile: 64, rounds: 1 };
 
 #[test]
 fn workers_threads_and_tiles_leave_no_trace() {

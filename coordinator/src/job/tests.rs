@@ -4,10 +4,13 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use gradfarm_core::film::{Image, Noise};
+use gradfarm_core::plan::Plan;
 use gradfarm_proto::Digest;
 use proptest::prelude::*;
 
 use super::*;
+use crate::schedule::Place;
 use crate::schedule::split::tests::plan;
 use crate::store::{Memory, Store};
 
@@ -24,6 +27,7 @@ pub(crate) enum Step {
     Deliver { grant: usize, wrong: bool },
     Fail { grant: usize },
     Assemble { works: bool },
+    Guide { works: bool },
     Cancel,
     Restart,
 }
@@ -38,13 +42,14 @@ pub(crate) fn steps() -> impl Strategy<Value = Vec<Step>> {
         30 => (any::<usize>(), prop::bool::weighted(0.05)).prop_map(|(grant, wrong)| Step::Deliver { grant, wrong }),
         4 => any::<usize>().prop_map(|grant| Step::Fail { grant }),
         8 => prop::bool::weighted(0.95).prop_map(|works| Step::Assemble { works }),
+        8 => prop::bool::weighted(0.98).prop_map(|works| Step::Guide { works }),
         1 => Just(Step::Cancel),
         3 => Just(Step::Restart),
     ];
     prop::collection::vec(step, 1..120)
 }
 
-/// A job of 2 frames × 2 ranges × 4 tiles.
+/// A job of 2 frames × 2 passes × 4 tiles.
 pub(crate) fn record(name: &str) -> JobRecord {
     JobRecord {
         id: JobId::fresh(),
@@ -58,6 +63,18 @@ pub(crate) fn record(name: &str) -> JobRecord {
         first_frame: 3,
         frame_count: 2,
     }
+}
+
+/// The same in three rounds: 2 frames × 5 passes × 4 tiles, of which two passes are guided.
+fn record_in_rounds() -> JobRecord {
+    JobRecord { plan: Plan { rounds: 3, ..plan(8, 8, 24) }, ..record("in rounds") }
+}
+
+/// A guide that spreads samples evenly.
+fn some_guide(plan: &Plan, round: u32) -> Guide {
+    let image = || Image::new(plan.extent, 1);
+    let noise = || Noise { grey: image(), primal: image(), gradients: image() };
+    Guide::new(plan, 0, round, &[noise(), noise()], &[] as &[Guide])
 }
 
 pub(crate) fn result(unit: u32, wrong: bool) -> DeliveredRecord {
@@ -82,7 +99,11 @@ fn wait<T>(future: impl Future<Output = T>) -> T {
 
 impl History {
     pub(crate) fn new() -> Self {
-        let (job, actions) = submit(record("history")).unwrap();
+        Self::of(record("history"))
+    }
+
+    fn of(record: JobRecord) -> Self {
+        let (job, actions) = submit(record).unwrap();
         let mut history = Self {
             job,
             store: Memory::new(),
@@ -109,7 +130,7 @@ impl History {
         self.keep(&actions);
         if let Some(state) = was_final {
             assert_eq!(self.job.state, state, "a final state is final");
-            assert!(!actions.iter().any(|a| matches!(a, Action::Grant { .. } | Action::Assemble { .. })), "I9: no grant after the end");
+            assert!(!actions.iter().any(|a| matches!(a, Action::Grant { .. } | Action::Do(_))), "I9: no grant after the end");
         }
         self.check();
         actions
@@ -173,6 +194,24 @@ impl History {
         self.apply(Event::Assembled { frame: frame as u32, outcome });
     }
 
+    /// Makes a guide that is asked for: the first one of the frames in order.
+    fn guide(&mut self, works: bool) {
+        let Some(frame) = self.job.guides.iter().position(FrameGuides::in_the_making) else { return };
+        let (frame, split) = (frame as u32, self.job.split.clone());
+        let made = self.job.guides(frame).len();
+        let steering = split.steering()[made];
+        for unit in (0..steering).flat_map(|pass| (0..4).map(move |tile| Place { frame, pass, tile })).map(|place| split.unit(place)) {
+            assert!(matches!(self.job.unit(unit).unwrap().state, UnitState::Done { .. }), "a guide is asked for when its units are done");
+        }
+        let outcome = if works { Ok(Arc::new(some_guide(&self.job.record.plan, made as u32 + 1))) } else { Err("no memory".into()) };
+        self.apply(Event::Guided { frame, round: made as u32 + 1, outcome });
+        if works {
+            assert_eq!(self.job.guides(frame).len(), made + 1);
+            let nothing = self.apply(Event::Guided { frame, round: made as u32 + 1, outcome: Err("too late".into()) });
+            assert!(nothing.is_empty() || self.job.guides[frame as usize].in_the_making(), "a guide is made once");
+        }
+    }
+
     pub(crate) fn step(&mut self, step: &Step) {
         match step {
             Step::Lease { worker } => self.lease(*worker),
@@ -209,6 +248,7 @@ impl History {
                 }
             }
             Step::Assemble { works } => self.assemble(*works),
+            Step::Guide { works } => self.guide(*works),
             Step::Cancel => {
                 self.apply(Event::Cancelled);
                 assert!(self.job.state.is_final());
@@ -216,8 +256,15 @@ impl History {
             Step::Restart => {
                 let stored = self.stored();
                 let (job, actions) = Job::restore(stored, self.now, TTL).unwrap();
+                let assembly = |a: &&Action| matches!(a, Action::Do(Errand::Assemble { .. }));
                 let pending = self.job.frames.iter().filter(|f| f.state == FrameState::Assembling).count();
-                assert_eq!(actions.len(), if job.state.is_final() { 0 } else { pending }, "assembly begins again");
+                let begun = actions.iter().filter(assembly).count();
+                assert_eq!(begun, if job.state.is_final() { 0 } else { pending }, "assembly begins again");
+                for (old, new) in self.job.guides.iter().zip(&job.guides) {
+                    let had = old.in_the_making() || !old.made().is_empty();
+                    assert_eq!(had, new.in_the_making(), "guides are made again, from the first one on");
+                    assert!(new.made().is_empty());
+                }
                 assert_eq!((job.state, &job.error), (self.job.state, &self.job.error));
                 for (old, new) in self.job.frames.iter().zip(&job.frames) {
                     assert_eq!((old.state, old.units, old.samples), (new.state, new.units, new.samples));
@@ -237,8 +284,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn invariants_hold_through_any_history(steps in steps()) {
-        let mut history = History::new();
+    fn invariants_hold_through_any_history(steps in steps(), in_rounds: bool) {
+        let mut history = History::of(if in_rounds { record_in_rounds() } else { record("even") });
         for step in &steps {
             history.step(step);
         }
@@ -246,6 +293,7 @@ proptest! {
         while !history.job.state.is_final() {
             let before = (history.job.units_done(), history.job.frames.iter().filter(|f| f.state == FrameState::Done).count());
             history.step(&Step::Pass { millis: 16_000 });
+            history.guide(true);
             history.lease(1);
             if let Some(grant) = history.grants.last().copied() {
                 history.deliver(grant, false);
@@ -255,6 +303,46 @@ proptest! {
             prop_assert!(after > before || history.job.state.is_final(), "the job moves on");
         }
     }
+}
+
+#[test]
+fn guided_units_wait_for_their_guide_and_for_nothing_else() {
+    let mut history = History::of(record_in_rounds());
+    let finish = |history: &mut History| {
+        while history.job.next_for(history.workers[0], false).is_some() {
+            history.lease(0);
+            let grant = *history.grants.last().unwrap();
+            history.deliver(grant, false);
+        }
+    };
+    finish(&mut history);
+    // Both frames: three even passes, four tiles each; both guides of the first round are being made.
+    assert_eq!((history.job.units_done(), history.job.ready()), (2 * 3 * 4, 2 * 2 * 4));
+    assert!(history.job.guide_of(3 * 4) == Err(Unguided) && history.job.guide_of(0) == Ok(None));
+    history.guide(true);
+    // The second guide of the first frame is asked for at once, for all that steers it is there.
+    assert!(history.job.guides[0].in_the_making());
+    finish(&mut history);
+    assert_eq!(history.job.units_done(), 2 * 3 * 4 + 4);
+    assert!(history.job.guide_of(3 * 4).unwrap().is_some());
+    for _ in 0..3 {
+        history.guide(true);
+    }
+    finish(&mut history);
+    assert!(history.job.frames.iter().all(|frame| frame.state == FrameState::Assembling));
+}
+
+#[test]
+fn a_guide_that_cannot_be_made_fails_the_job_with_the_reason() {
+    let mut history = History::of(record_in_rounds());
+    while !history.job.guides[0].in_the_making() {
+        history.lease(0);
+        let grant = *history.grants.last().unwrap();
+        history.deliver(grant, false);
+    }
+    history.guide(false);
+    assert_eq!(history.job.state, JobState::Failed);
+    assert_eq!(history.job.error.as_deref(), Some("round 1 of frame 3 could not be guided: no memory"));
 }
 
 #[test]
