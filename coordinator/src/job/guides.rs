@@ -52,13 +52,14 @@ impl FrameGuides {
         })
     }
 
-    /// A guide was made; whether it is the one that was asked for.
-    pub(super) fn take(&mut self, round: u32, guide: Arc<Guide>) -> bool {
-        let expected = self.in_the_making() && round == self.asked;
-        if expected {
-            self.made.push(guide);
-        }
-        expected
+    /// Whether the guide of this round is being made.
+    pub(super) fn awaits(&self, round: u32) -> bool {
+        self.in_the_making() && round == self.asked
+    }
+
+    /// The guide that was asked for is there.
+    pub(super) fn take(&mut self, guide: Arc<Guide>) {
+        self.made.push(guide);
     }
 
     /// All units are done, or none will be: the guides are not needed any more.

@@ -8,7 +8,7 @@ use crate::clock::Timestamp;
 use crate::job::{Action, Job, JobState};
 
 pub(super) fn apply(job: &mut Job, position: u32, round: u32, outcome: Result<Arc<Guide>, String>, now: Timestamp) -> Vec<Action> {
-    let waits = job.guides.get(position as usize).is_some_and(|guides| guides.in_the_making());
+    let waits = job.guides.get(position as usize).is_some_and(|guides| guides.awaits(round));
     if job.state.is_final() || !waits {
         return Vec::new();
     }
@@ -21,8 +21,6 @@ pub(super) fn apply(job: &mut Job, position: u32, round: u32, outcome: Result<Ar
         }
     };
     let guides = &mut job.guides[position as usize];
-    if !guides.take(round, guide) {
-        return Vec::new();
-    }
+    guides.take(guide);
     guides.next(position).map(Action::Do).into_iter().collect()
 }
