@@ -52,6 +52,14 @@ impl Plan {
         terminal::line(format_args!("technique       {}", plan.technique.name()))?;
         terminal::line(format_args!("reconstruction  {} (alpha {})", plan.reconstruction.name(), plan.alpha))?;
         terminal::line(format_args!("samples         {} per pixel, in runs of {}", plan.samples, plan.batch))?;
+        if plan.rounds > 1 {
+            let even = plan.even_before(plan.rounds);
+            let guided = plan.samples - even;
+            terminal::line(format_args!(
+                "rounds          {}: {even} samples for every pixel, {guided} on average where the noise is",
+                plan.rounds
+            ))?;
+        }
         terminal::line(format_args!("paths           up to {} edges, roulette after {}", plan.max_depth, plan.roulette_depth))?;
         if plan.technique.measures_gradients() {
             terminal::line(format_args!("shift           {} (connectable from roughness {} on)", plan.shift.name(), plan.shift_threshold))?;
