@@ -186,6 +186,12 @@ async fn frames_and_files_are_replaced(store: &dyn Store) {
     assert_eq!(store.file(job, 1, FileKind::Png).await.unwrap(), Some(file("new")));
     assert_eq!(store.file(job, 1, FileKind::Exr).await.unwrap(), None);
     assert_eq!(store.file(job, 0, FileKind::Png).await.unwrap(), None);
+    // Every kind of file can be kept.
+    for kind in FileKind::ALL {
+        let file = FileRecord { kind, ..file("any") };
+        store.commit(&[Change::File { job, position: 0, file }]).await.unwrap();
+        assert_eq!(store.file(job, 0, kind).await.unwrap(), Some(file));
+    }
 }
 
 async fn nothing_is_kept_of_unknown_jobs(store: &dyn Store) {
