@@ -16,6 +16,7 @@ use crate::gradient::Sharing;
 use crate::lattice::{Extent, Half, Offset, Tile};
 use crate::path::{OffsetSubpath, Subpath};
 use crate::plan::WorkUnit;
+use crate::sampling::Dimension;
 use crate::spectrum::Spectrum;
 
 /// Renders every group that has pixels in the unit's tile, and keeps those pixels.
@@ -111,6 +112,13 @@ impl Group {
                 // The camera saw no surface: there is nothing to share.
                 continue;
             }
+            // Without its images nobody knows how much a path counts, so the ones that are not shifted give nothing at all.
+            let survival = renderer.survival(base.primal() * place.weight);
+            if survival < 1.0 && base.stream.number(Dimension::shift(0)) >= survival {
+                statistics.add(Counter::ShiftSkipped, images.len() as u64 - 1);
+                continue;
+            }
+            let weight = place.weight / survival;
             for (to_x, to_y, index) in self.pixels().filter(|(_, _, index)| *index != own) {
                 let by = [i64::from(to_x) - i64::from(x), i64::from(to_y) - i64::from(y)];
                 renderer.shift(base, &place, by, &mut images[index]);
@@ -121,7 +129,7 @@ impl Group {
             let rays = sharing.share(renderer.scene, base, own, images, given);
             statistics.add(Counter::Rays, u64::from(rays));
             for (sum, value) in primal.iter_mut().zip(given.iter()) {
-                *sum += finite(*value * place.weight, Counter::NotFinitePrimal, statistics);
+                *sum += finite(*value * weight, Counter::NotFinitePrimal, statistics);
             }
         }
         let extent = renderer.plan.extent;

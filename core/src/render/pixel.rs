@@ -13,6 +13,7 @@ use crate::sampling::{Dimension, SampleKey, SampleStream};
 use crate::scene::Scene;
 use crate::sensor::View;
 use crate::shift;
+use crate::spectrum::Spectrum;
 
 /// What a thread reuses from sample to sample.
 #[derive(Default)]
@@ -72,6 +73,11 @@ impl<'a> PixelRenderer<'a> {
         self.shift.shift(self.scene, base, &camera, offset);
     }
 
+    /// The probability with which roulette lets a path be shifted that carries this radiance.
+    pub(super) fn survival(&self, primal: Spectrum) -> f32 {
+        self.roulette.survival(primal)
+    }
+
     /// Adds one sample of a pixel to the sums of its half; `index` is its index within the half.
     pub(super) fn sample(
         &self,
@@ -91,7 +97,7 @@ impl<'a> PixelRenderer<'a> {
         if !self.plan.technique.measures_gradients() {
             return;
         }
-        let survival = self.roulette.survival(primal);
+        let survival = self.survival(primal);
         for offset in Offset::IMAGE {
             let (dx, dy) = offset.displacement();
             if !self.plan.extent.contains(i64::from(x) + dx, i64::from(y) + dy) {

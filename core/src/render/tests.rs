@@ -47,6 +47,17 @@ fn shared_paths_estimate_every_pixel_and_every_difference() {
 }
 
 #[test]
+fn roulette_on_shared_paths_changes_no_mean() {
+    let (name, scene) = scenes().swap_remove(0);
+    let skipped: Vec<Film> = (0..RUNS).map(|s| render(&scene, &Plan { shift_survival: 0.1, ..reuse(EDGE, 3, 192, s) })).collect();
+    let always: Vec<Film> = (0..RUNS).map(|s| render(&scene, &reuse(EDGE, 3, 192, 1000 + s))).collect();
+    assert!(skipped[0].statistics.get(Counter::ShiftSkipped) > skipped[0].statistics.get(Counter::Samples));
+    let of = |films: &[Film], values: &dyn Fn(&Film) -> Vec<f32>| Estimate::of(&films.iter().map(values).collect::<Vec<_>>());
+    hold(&format!("{name}, primal"), &of(&skipped, &primal), &of(&always, &primal));
+    hold(&format!("{name}, dx"), &of(&skipped, &|film| gradients(film, false)), &of(&always, &|film| gradients(film, false)));
+}
+
+#[test]
 fn groups_of_one_pixel_agree_with_pairs() {
     for name in ["mirror", "rough", "fog"] {
         let scene = scenes().into_iter().find(|(other, _)| *other == name).unwrap().1;
