@@ -12,7 +12,7 @@ use crate::request;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Rendering")]
 pub(super) struct RenderOptions {
-    /// How light is followed: pt is path tracing, gpt the same with gradients
+    /// How light is followed: pt is path tracing, gpt the same with gradients, reuse shares paths in groups of pixels
     #[arg(long, default_value = request::AUTO, value_name = "NAME", value_parser = technique())]
     technique: Choice<Technique>,
     /// How the image is made: none takes the primal as it is, l2 and l1 solve a screened Poisson problem (l2 is unbiased, l1 robust)
