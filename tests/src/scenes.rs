@@ -207,7 +207,7 @@ pub struct StillLife {
     pub scene: Scene,
 }
 
-/// Rooms with something of every material, and with instances.
+/// Rooms with something of every material, with instances, with fog, and lit by what has no surface; and a place under the sky.
 ///
 /// # Errors
 /// If the format of descriptions changed and a scene here did not.
@@ -218,30 +218,55 @@ pub fn still_lifes() -> Result<Vec<StillLife>, Error> {
     let matte = [ball(-0.5, 0.3, "red"), ball(0.5, 0.0, "white")].join(", ");
     let polished = [ball(-0.5, 0.3, "mirror"), ball(0.5, 0.0, "glass")].join(", ");
     let brushed = [ball(-0.5, 0.3, "gold"), ball(0.5, 0.0, "frosted")].join(", ");
+    let skin = r#"{ "geometry": { "sphere": { "center": [-0.5, -0.55, 0.3], "radius": 0.45 } }, "interior": "milk" }"#;
+    let clouded = [skin, &ball(0.5, 0.0, "frosted")].join(", ");
     let group = r#"{ "geometry": { "instance": { "of": "steps" } }, "to_world": [{ "rotate": { "axis": [0, 1, 0], "degrees": 25 } }] }"#;
     Ok(vec![
         room("matte balls", &matte)?,
         room("mirror and glass", &polished)?,
         room("gold and frosted glass", &brushed)?,
         room("instanced steps", group)?,
+        room_with("matte ball in fog", &ball(-0.4, 0.2, "red"), r#""medium": "fog""#)?,
+        room_with("cloud and skin", &clouded, r#""lights": []"#)?,
+        room_with("points and spots", &[ball(-0.5, 0.3, "gold"), ball(0.5, 0.1, "white")].join(", "), WITHOUT_SURFACE)?,
+        under_open_sky(&[ball(-0.5, 0.3, "mirror"), ball(0.5, 0.0, "gold")].join(", "))?,
     ])
 }
 
+/// Lights that only next-event estimation finds.
+const WITHOUT_SURFACE: &str = r#""lights": [
+    { "point": { "position": [-0.3, 0.1, -0.3], "intensity": [0.3, 0.4, 0.6] } },
+    { "spot": { "position": [0.4, 0.6, -0.2], "direction": [-0.2, -1, 0.3], "intensity": [1.2, 1, 0.7], "inner_angle": 20, "outer_angle": 40 } }
+]"#;
+
+/// Of what the rooms are made.
+const MATTER: &str = r#"
+    "materials": {
+        "white": { "diffuse": { "reflectance": [0.7, 0.7, 0.6] } },
+        "red": { "diffuse": { "reflectance": [0.7, 0.2, 0.1] } },
+        "black": { "diffuse": { "reflectance": 0 } },
+        "mirror": { "conductor": { "metal": "Al" } },
+        "glass": { "dielectric": { "interior_ior": 1.5 } },
+        "gold": { "conductor": { "metal": "Au", "roughness": 0.15 } },
+        "frosted": { "dielectric": { "interior_ior": 1.4, "roughness": 0.25 } }
+    },
+    "media": {
+        "fog": { "homogeneous": { "extinction": [0.2, 0.4, 0.6], "albedo": 0.9, "phase": { "henyey_greenstein": { "g": 0.3 } } } },
+        "milk": { "homogeneous": { "extinction": [3, 2, 1], "albedo": 0.8 } }
+    }"#;
+
 /// A room, its ceiling a lamp but for a frame, with these shapes inside.
-fn room(name: &'static str, shapes: &str) -> Result<StillLife, Error> {
+fn room(name: &'static str, text: &str) -> Result<StillLife, Error> {
+    room_with(name, text, r#""lights": []"#)
+}
+
+/// The same with one more entry of the description.
+fn room_with(name: &'static str, shapes: &str, more: &str) -> Result<StillLife, Error> {
     let text = format!(
         r#"{{
         "version": 1,
         "camera": {{ "perspective": {{ "to_world": [{{ "look_at": {{ "origin": [0, -0.2, -0.95], "target": [0, -0.35, 0] }} }}], "fov": 75 }} }},
-        "materials": {{
-            "white": {{ "diffuse": {{ "reflectance": [0.7, 0.7, 0.6] }} }},
-            "red": {{ "diffuse": {{ "reflectance": [0.7, 0.2, 0.1] }} }},
-            "black": {{ "diffuse": {{ "reflectance": 0 }} }},
-            "mirror": {{ "conductor": {{ "metal": "Al" }} }},
-            "glass": {{ "dielectric": {{ "interior_ior": 1.5 }} }},
-            "gold": {{ "conductor": {{ "metal": "Au", "roughness": 0.15 }} }},
-            "frosted": {{ "dielectric": {{ "interior_ior": 1.4, "roughness": 0.25 }} }}
-        }},
+        {MATTER},
         "groups": {{ "steps": [
             {{ "geometry": "cube", "to_world": [{{ "scale": [0.5, 0.2, 0.25] }}, {{ "translate": [0, -0.8, 0.2] }}], "material": "red" }},
             {{ "geometry": "cube", "to_world": [{{ "scale": [0.5, 0.2, 0.25] }}, {{ "translate": [0, -0.4, 0.6] }}], "material": "gold" }}
@@ -251,9 +276,31 @@ fn room(name: &'static str, shapes: &str) -> Result<StillLife, Error> {
             {{ "geometry": "rectangle", "to_world": [{{ "rotate": {{ "axis": [1, 0, 0], "degrees": 90 }} }}, {{ "scale": [0.8, 1, 0.8] }}, {{ "translate": [0, 0.98, 0] }}],
                "material": "black", "emission": {{ "radiance": [2, 1.8, 1.5] }} }},
             {shapes}
-        ]
+        ],
+        {more}
         }}"#
     );
     let (description, scene) = compile(&text, name)?;
     Ok(StillLife { name, description, scene })
+}
+
+/// These shapes on a floor under an even sky and a sun, seen through a lens.
+fn under_open_sky(shapes: &str) -> Result<StillLife, Error> {
+    let text = format!(
+        r#"{{
+        "version": 1,
+        "camera": {{ "perspective": {{ "to_world": [{{ "look_at": {{ "origin": [0, 0, -1.6], "target": [0, -0.6, 0] }} }}],
+                    "fov": 60, "lens_radius": 0.03, "focus_distance": 1.8 }} }},
+        {MATTER},
+        "shapes": [
+            {{ "geometry": "rectangle", "to_world": [{{ "rotate": {{ "axis": [1, 0, 0], "degrees": -90 }} }}, {{ "scale": [4, 1, 4] }}, {{ "translate": [0, -1, 0] }}],
+               "material": "white" }},
+            {shapes}
+        ],
+        "lights": [{{ "directional": {{ "direction": [-0.4, -0.8, 0.4], "irradiance": [2, 1.8, 1.5] }} }}],
+        "environment": {{ "radiance": [0.5, 0.7, 1] }}
+        }}"#
+    );
+    let (description, scene) = compile(&text, "mirror and gold under the sky")?;
+    Ok(StillLife { name: "mirror and gold under the sky", description, scene })
 }
