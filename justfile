@@ -19,6 +19,14 @@ test:
 truth *ARGS:
     cargo run --release -p gradfarm-tests --example truth -- {{ARGS}}
 
+# Laws of every shift over millions of base paths (1 unless given): minutes.
+laws *ARGS:
+    cargo run --release -p gradfarm-tests --example laws -- {{ARGS}}
+
+# What each shift is worth on scenes: variance of differences and of the L2 image, and cost.
+shifts *FILES:
+    cargo run --release -p gradfarm-tests --example shifts -- {{FILES}}
+
 # Time rays, materials, shifts and reconstructions.
 bench *ARGS:
     cargo bench -p gradfarm-core {{ARGS}}

@@ -1,8 +1,9 @@
-//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, images by another renderer, the programs, and a
+//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, laws of shifts, images by another renderer, the programs, and a
 //! farm of separate processes.
 
 pub mod farm;
 pub mod frame;
+pub mod laws;
 pub mod programs;
 pub mod scenes;
 pub mod statistics;

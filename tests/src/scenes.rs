@@ -218,8 +218,9 @@ pub fn still_lifes() -> Result<Vec<StillLife>, Error> {
     let matte = [ball(-0.5, 0.3, "red"), ball(0.5, 0.0, "white")].join(", ");
     let polished = [ball(-0.5, 0.3, "mirror"), ball(0.5, 0.0, "glass")].join(", ");
     let brushed = [ball(-0.5, 0.3, "gold"), ball(0.5, 0.0, "frosted")].join(", ");
-    let skin = r#"{ "geometry": { "sphere": { "center": [-0.5, -0.55, 0.3], "radius": 0.45 } }, "interior": "milk" }"#;
-    let clouded = [skin, &ball(0.5, 0.0, "frosted")].join(", ");
+    let cloud =
+        r#"{ "geometry": { "sphere": { "center": [-0.5, -0.55, 0.3], "radius": 0.45 } }, "material": "clear", "interior": "milk" }"#;
+    let clouded = [cloud, &ball(0.5, 0.0, "frosted")].join(", ");
     let group = r#"{ "geometry": { "instance": { "of": "steps" } }, "to_world": [{ "rotate": { "axis": [0, 1, 0], "degrees": 25 } }] }"#;
     Ok(vec![
         room("matte balls", &matte)?,
@@ -227,7 +228,7 @@ pub fn still_lifes() -> Result<Vec<StillLife>, Error> {
         room("gold and frosted glass", &brushed)?,
         room("instanced steps", group)?,
         room_with("matte ball in fog", &ball(-0.4, 0.2, "red"), r#""medium": "fog""#)?,
-        room_with("cloud and skin", &clouded, r#""lights": []"#)?,
+        room_with("cloud and frosted glass", &clouded, r#""lights": []"#)?,
         room_with("points and spots", &[ball(-0.5, 0.3, "gold"), ball(0.5, 0.1, "white")].join(", "), WITHOUT_SURFACE)?,
         under_open_sky(&[ball(-0.5, 0.3, "mirror"), ball(0.5, 0.0, "gold")].join(", "))?,
     ])
@@ -248,7 +249,8 @@ const MATTER: &str = r#"
         "mirror": { "conductor": { "metal": "Al" } },
         "glass": { "dielectric": { "interior_ior": 1.5 } },
         "gold": { "conductor": { "metal": "Au", "roughness": 0.15 } },
-        "frosted": { "dielectric": { "interior_ior": 1.4, "roughness": 0.25 } }
+        "frosted": { "dielectric": { "interior_ior": 1.4, "roughness": 0.25 } },
+        "clear": { "mask": { "opacity": 0, "material": "black" } }
     },
     "media": {
         "fog": { "homogeneous": { "extinction": [0.2, 0.4, 0.6], "albedo": 0.9, "phase": { "henyey_greenstein": { "g": 0.3 } } } },

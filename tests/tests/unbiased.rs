@@ -97,7 +97,7 @@ fn estimates(runs: &[Vec<f64>]) -> Vec<Estimate> {
 #[test]
 fn gradients_estimate_differences_at_every_path_length() {
     for life in still_lifes().unwrap() {
-        let primals = by_length(&life, (Technique::Pt, None), 256, 1000, |film| differences_of(&film.combined().primal));
+        let primals = by_length(&life, (Technique::Pt, None), 512, 1000, |film| differences_of(&film.combined().primal));
         for method in methods(&life) {
             let measured = by_length(&life, method, 32, 0, gradients);
             for (length, (measured, primals)) in (2..).zip(measured.iter().zip(&primals)) {
@@ -112,8 +112,9 @@ fn gradients_estimate_differences_at_every_path_length() {
                 );
                 assert!(compared.agrees(LEVEL), "{what}: value {} has a chance of {:e}", compared.place, compared.chance);
                 assert!(student_tail(t, freedom) > LEVEL, "{what}: the sum of gradients is off, t {t}");
-                // Squares of t average to little more than 1 if variances are right; channels go together, so chance spreads them widely.
-                assert!(compared.mean_square < 2.0, "{what}: mean square {}", compared.mean_square);
+                // Squares of t average to little more than 1 if variances are right. Channels go together, and the primals are the same for
+                // all methods, so chance spreads them widely.
+                assert!(compared.mean_square < 2.8, "{what}: mean square {}", compared.mean_square);
             }
         }
     }
@@ -137,12 +138,13 @@ fn no_shift_touches_the_primal_of_its_base_paths() {
 
 #[test]
 fn an_even_plane_under_an_even_sky_has_no_difference_at_all() {
-    // Light at infinity keeps its direction, and every point of the plane scatters alike: each path's difference is zero, not only their mean.
+    // Light at infinity keeps its direction, and every point of the plane scatters alike: each path's difference is zero but for
+    // rounding, not only their mean.
     let text = r#"{
         "version": 1,
         "camera": { "perspective": { "to_world": [{ "look_at": { "origin": [0, 2, -2], "target": [0, 0, 0] } }], "fov": 40 } },
         "materials": { "plane": { "diffuse": { "reflectance": [0.3, 0.5, 0.8] } } },
-        "shapes": [{ "geometry": "rectangle", "to_world": [{ "rotate": { "axis": [1, 0, 0], "degrees": -90 } }, { "scale": 90 }], "material": "plane" }],
+        "shapes": [{ "geometry": "rectangle", "to_world": [{ "rotate": { "axis": [1, 0, 0], "degrees": -90 } }, { "scale": [90, 1, 90] }], "material": "plane" }],
         "environment": { "radiance": [1, 2, 3] },
         "lights": [{ "directional": { "direction": [0.3, -1, 0.2], "irradiance": 1 } }]
     }"#;
@@ -152,7 +154,7 @@ fn an_even_plane_under_an_even_sky_has_no_difference_at_all() {
         for film in films(&life, method, LONGEST, 16, 0) {
             assert!(film.combined().primal.data().iter().all(|v| *v > 0.0));
             let worst = gradients(&film).into_iter().fold(0.0f64, |worst, v| worst.max(v.abs()));
-            assert_eq!(worst, 0.0, "{}", told(method));
+            assert!(worst < 1e-6, "{}: {worst:e}", told(method));
         }
     }
 }
