@@ -21,9 +21,9 @@ type Fault = Box<dyn std::error::Error>;
 /// Independent renders of each shift.
 const SEEDS: u64 = 8;
 /// Pixels on the longer side.
-const SIDE: u32 = 96;
+const SIDE: u32 = 64;
 /// Samples per pixel of each render.
-const SAMPLES: u32 = 32;
+const SAMPLES: u32 = 16;
 
 /// What one method did, as means over its seeds.
 struct Worth {
