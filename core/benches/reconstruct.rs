@@ -46,13 +46,14 @@ fn film(extent: Extent) -> Film {
     }
     let (rgb, grey) = (Image::new(extent, 3), Image::new(extent, 1));
     let gradients = Gradients { dx, dy, dx_variance: grey.clone(), dy_variance: grey.clone() };
-    let half = HalfFilm { samples: 1, primal, primal_variance: rgb.clone(), direct: rgb.clone(), gradients: Some(gradients) };
+    let half = HalfFilm { samples: 1, primal, primal_variance: rgb.clone(), direct: rgb.clone(), gradients: Some(gradients), graph: None };
     let empty = HalfFilm {
         samples: 0,
         primal: rgb.clone(),
         primal_variance: rgb.clone(),
         direct: rgb.clone(),
         gradients: Some(Gradients { dx: rgb.clone(), dy: rgb.clone(), dx_variance: grey.clone(), dy_variance: grey.clone() }),
+        graph: None,
     };
     let features = Features { albedo: rgb.clone(), normal: rgb, depth: grey };
     Film { extent, halves: [half, empty], counts: None, features, statistics: Statistics::default() }

@@ -24,11 +24,13 @@ pub enum Technique {
     Gpt,
     /// Path reusing in the gradient domain: groups of pixels share all their paths (Bauszat et al. 2017).
     Reuse,
+    /// Generalised gradients: the paths of `Gpt`, shifted to similar pixels nearby (Manzi et al. 2014).
+    Graph,
 }
 
 impl Technique {
     /// Every technique.
-    pub const ALL: [Technique; 3] = [Technique::Pt, Technique::Gpt, Technique::Reuse];
+    pub const ALL: [Technique; 4] = [Technique::Pt, Technique::Gpt, Technique::Reuse, Technique::Graph];
 
     /// Its name on the command line and on the wire.
     pub fn name(self) -> &'static str {
@@ -36,6 +38,7 @@ impl Technique {
             Technique::Pt => "pt",
             Technique::Gpt => "gpt",
             Technique::Reuse => "reuse",
+            Technique::Graph => "graph",
         }
     }
 
@@ -43,7 +46,7 @@ impl Technique {
     pub fn carries(self, effect: Effect) -> bool {
         match self {
             // Paths from the camera find light by chance or by choosing its point: a mirror hides both ways to a light without extent.
-            Technique::Pt | Technique::Gpt | Technique::Reuse => effect != Effect::LostCaustics,
+            Technique::Pt | Technique::Gpt | Technique::Reuse | Technique::Graph => effect != Effect::LostCaustics,
         }
     }
 
@@ -52,10 +55,19 @@ impl Technique {
         self != Technique::Pt
     }
 
+    /// Whether a reconstruction can use what it measures.
+    pub fn takes(self, reconstruction: ReconstructionKind) -> bool {
+        match reconstruction {
+            ReconstructionKind::None => true,
+            ReconstructionKind::L2 | ReconstructionKind::L1 => matches!(self, Technique::Gpt | Technique::Reuse),
+            ReconstructionKind::Graph => self == Technique::Graph,
+        }
+    }
+
     /// Whether it estimates the difference across a step of the lattice at the step's base pixel.
     fn measures(self, step: Offset) -> bool {
         match self {
-            Technique::Pt => false,
+            Technique::Pt | Technique::Graph => false,
             Technique::Gpt => true,
             // A group has both directions of a difference at once.
             Technique::Reuse => step.step > 0,
@@ -150,6 +162,9 @@ impl Plan {
             PlaneKind::Gradient(_, step) | PlaneKind::GradientSquared(_, step) => self.technique.measures(*step),
             _ => true,
         });
+        if self.technique == Technique::Graph {
+            layout.extend(PlaneKind::links(self.links.min(u32::from(PlaneKind::SLOTS)) as u8));
+        }
         if self.rounds > 1 {
             layout.extend(Half::ALL.map(PlaneKind::Count));
         }

@@ -175,10 +175,10 @@ pub fn measure_changed(
     let mut started = Instant::now();
     let films = (0..effort.seeds).map(|seed| render(&scene, &plan(seed)?).map_err(|fault| fault.to_string()));
     let films = films.collect::<Result<Vec<_>, String>>()?;
-    let kinds: &[_] =
-        if technique.measures_gradients() { &[ReconstructionKind::None, ReconstructionKind::L2] } else { &[ReconstructionKind::None] };
+    let unbiased = |kind: &ReconstructionKind| *kind != ReconstructionKind::L1 && technique.takes(*kind);
+    let kinds: Vec<_> = ReconstructionKind::ALL.into_iter().filter(unbiased).collect();
     let mut rows = Vec::new();
-    for kind in kinds {
+    for kind in &kinds {
         let images = films.iter().map(|film| reconstruct(film, *kind, 0.2).map(|solved| blocks(&solved.image, |v| v)));
         let runs = images.collect::<Result<Vec<_>, _>>().map_err(|fault| fault.to_string())?;
         if runs.iter().any(|run| run.len() != reference.blocks.len()) {

@@ -5,6 +5,7 @@
 //! include counts, each pixel's sums are divided by its own; else by the number of samples that all pixels share.
 
 use super::block::{BlockError, FilmBlock};
+use super::graph::{Graph, LinkError};
 use super::image::Image;
 use super::plane::PlaneKind;
 use super::statistics::Statistics;
@@ -49,6 +50,9 @@ pub enum FoldError {
         /// The odd one.
         tile: Tile,
     },
+    /// Linked pixels do not agree about their link.
+    #[error(transparent)]
+    Link(#[from] LinkError),
     /// Some pixels were never measured.
     #[error("{missing} pixels belong to no tile")]
     Incomplete {
@@ -123,8 +127,10 @@ impl TileFold {
             | PlaneKind::PrimalSquared(h)
             | PlaneKind::Direct(h)
             | PlaneKind::Gradient(h, _)
-            | PlaneKind::GradientSquared(h, _) => of(h),
-            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth => of(Half::A) + of(Half::B),
+            | PlaneKind::GradientSquared(h, _)
+            | PlaneKind::LinkGradient(h, _)
+            | PlaneKind::LinkGradientSquared(h, _) => of(h),
+            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth | PlaneKind::Link(_) => of(Half::A) + of(Half::B),
             PlaneKind::Count(_) => 1.0,
         }
     }
@@ -192,7 +198,7 @@ impl FrameFold {
     /// The finished frame.
     ///
     /// # Errors
-    /// If a pixel was never measured.
+    /// If a pixel was never measured, or linked pixels do not agree about their link.
     pub fn finish(mut self) -> Result<Film, FoldError> {
         self.check_complete()?;
         let range = SampleRange { first: 0, count: self.samples.unwrap_or(0) };
@@ -203,7 +209,11 @@ impl FrameFold {
             both.data_mut().iter_mut().zip(b.data()).for_each(|(sum, n)| *sum += n);
             both
         });
-        let halves = [self.half(Half::A, range, &a), self.half(Half::B, range, &b)];
+        let mut graphs = Graph::join(&self, [&a, &b])?;
+        let mut halves = [self.half(Half::A, range, &a), self.half(Half::B, range, &b)];
+        for (half, graph) in halves.iter_mut().zip(&mut graphs) {
+            half.graph = graph.take();
+        }
         let features =
             Features { albedo: self.take(PlaneKind::Albedo), normal: self.take(PlaneKind::Normal), depth: self.take(PlaneKind::Depth) };
         Ok(Film { extent: self.extent, halves, counts, features, statistics: self.statistics })
@@ -252,7 +262,7 @@ impl FrameFold {
             let (dy, dy_variance) = self.difference(half, Offset::IMAGE[2], counts);
             Gradients { dx, dy, dx_variance, dy_variance }
         });
-        HalfFilm { samples, primal, primal_variance, direct: self.take(PlaneKind::Direct(half)), gradients }
+        HalfFilm { samples, primal, primal_variance, direct: self.take(PlaneKind::Direct(half)), gradients, graph: None }
     }
 
     /// Joins what the base pixel measured forward with what its neighbour measured backward. Some techniques measure forward only:
@@ -302,7 +312,7 @@ impl FrameFold {
 }
 
 /// Unbiased estimate of the variance of a mean of `n` samples, from the squared mean and the mean square. Zero for n < 2.
-fn variance_of_mean(squared_mean: f64, mean_square: f64, n: f32) -> f32 {
+pub(super) fn variance_of_mean(squared_mean: f64, mean_square: f64, n: f32) -> f32 {
     if n < 2.0 {
         return 0.0;
     }
@@ -321,8 +331,10 @@ mod tests {
             | PlaneKind::Direct(h)
             | PlaneKind::Gradient(h, _)
             | PlaneKind::GradientSquared(h, _)
+            | PlaneKind::LinkGradient(h, _)
+            | PlaneKind::LinkGradientSquared(h, _)
             | PlaneKind::Count(h) => range.count_of(h),
-            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth => range.count,
+            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth | PlaneKind::Link(_) => range.count,
         }
     }
 

@@ -1,11 +1,13 @@
 //! The film: what units of work measure, and how their sums become one frame.
 //!
-//! `plane` names the buffers, `block` is the result of one unit, `fold` adds blocks in a fixed order into a `Film`, `noise` says how
+//! `plane` names the buffers, `block` is the result of one unit, `fold` adds blocks in a fixed order into a `Film`, `graph` joins what
+//! linked pixels measured, `noise` says how
 //! much a further sample of each pixel would help.
 //! Nothing here knows how the values were estimated.
 
 mod block;
 mod fold;
+mod graph;
 mod image;
 mod noise;
 mod plane;
@@ -13,6 +15,7 @@ mod statistics;
 
 pub use block::{BlockError, FilmBlock};
 pub use fold::{FoldError, FrameFold, TileFold};
+pub use graph::{Graph, LinkError};
 pub use image::Image;
 pub use noise::Noise;
 pub use plane::PlaneKind;
@@ -48,6 +51,8 @@ pub struct HalfFilm {
     pub direct: Image,
     /// Differences to the next pixel, where the technique measures them.
     pub gradients: Option<Gradients>,
+    /// Differences along links between similar pixels, where the technique measures them.
+    pub graph: Option<Graph>,
 }
 
 /// Forward differences: `dx(x, y)` estimates I(x+1, y) − I(x, y), `dy(x, y)` estimates I(x, y+1) − I(x, y). The last column of
@@ -99,6 +104,7 @@ impl Film {
             primal_variance: variance(&a.primal_variance, &b.primal_variance),
             direct: mean(&a.direct, &b.direct),
             gradients,
+            graph: a.graph.as_ref().zip(b.graph.as_ref()).map(|(x, y)| x.blend(y, wa, wb)),
         }
     }
 }

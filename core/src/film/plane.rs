@@ -1,6 +1,7 @@
 //! The named planes that a film is made of. A technique's plan lists the planes that it measures; nothing else is kept or sent.
 
 use crate::lattice::{Half, Offset};
+use crate::scene::limits;
 
 /// What a plane of a [`FilmBlock`](super::FilmBlock) holds. All values are *sums over samples* of per-sample estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -24,13 +25,24 @@ pub enum PlaneKind {
     Depth,
     /// Samples of this half that were summed, where their number differs from pixel to pixel. One channel.
     Count(Half),
+    /// Displacement of the pixel's link in this slot (columns, rows) [pixels], the same for every sample; (0, 0) where the slot is empty. Two
+    /// channels.
+    Link(u8),
+    /// Contribution of the base paths of this pixel to I(linked) − I(this), along the link in this slot. RGB.
+    LinkGradient(Half, u8),
+    /// Sum over RGB of the squares of the per-sample difference along the link in this slot. One channel.
+    LinkGradientSquared(Half, u8),
 }
 
 impl PlaneKind {
+    /// Slots for links that a pixel has at most.
+    pub const SLOTS: u8 = limits::LINKS as u8;
+
     /// Values per pixel.
     pub fn channels(self) -> usize {
         match self {
-            PlaneKind::GradientSquared(..) | PlaneKind::Depth | PlaneKind::Count(_) => 1,
+            PlaneKind::GradientSquared(..) | PlaneKind::LinkGradientSquared(..) | PlaneKind::Depth | PlaneKind::Count(_) => 1,
+            PlaneKind::Link(_) => 2,
             _ => 3,
         }
     }
@@ -47,6 +59,9 @@ impl PlaneKind {
             PlaneKind::Count(h) => 10 + h.index() as u32,
             PlaneKind::Gradient(h, o) => 16 + 4 * h.index() as u32 + o.index() as u32,
             PlaneKind::GradientSquared(h, o) => 24 + 4 * h.index() as u32 + o.index() as u32,
+            PlaneKind::Link(slot) => 256 + u32::from(slot),
+            PlaneKind::LinkGradient(h, slot) => 320 + 64 * h.index() as u32 + u32::from(slot),
+            PlaneKind::LinkGradientSquared(h, slot) => 448 + 64 * h.index() as u32 + u32::from(slot),
         }
     }
 
@@ -61,13 +76,25 @@ impl PlaneKind {
             let gradients = Offset::IMAGE.into_iter().flat_map(move |o| [PlaneKind::Gradient(h, o), PlaneKind::GradientSquared(h, o)]);
             [PlaneKind::Primal(h), PlaneKind::PrimalSquared(h), PlaneKind::Direct(h)].into_iter().chain(gradients)
         });
-        per_half.chain([PlaneKind::Albedo, PlaneKind::Normal, PlaneKind::Depth]).chain(Half::ALL.map(PlaneKind::Count))
+        let features = [PlaneKind::Albedo, PlaneKind::Normal, PlaneKind::Depth];
+        per_half.chain(features).chain(Half::ALL.map(PlaneKind::Count)).chain(Self::links(Self::SLOTS))
+    }
+
+    /// The planes of the first slots for links.
+    pub fn links(slots: u8) -> impl Iterator<Item = PlaneKind> {
+        let pair = |half, slot| [PlaneKind::LinkGradient(half, slot), PlaneKind::LinkGradientSquared(half, slot)];
+        let of_half = move |half| (0..slots).flat_map(move |slot| pair(half, slot));
+        (0..slots).map(PlaneKind::Link).chain(Half::ALL.into_iter().flat_map(of_half))
     }
 
     /// The planes of a film whose pixels all have the same number of samples, in storage order, with or without gradients.
     pub fn layout(gradients: bool) -> Vec<PlaneKind> {
-        let of_gradients = |kind: &PlaneKind| matches!(kind, PlaneKind::Gradient(..) | PlaneKind::GradientSquared(..));
-        Self::all().filter(|kind| !matches!(kind, PlaneKind::Count(_)) && (gradients || !of_gradients(kind))).collect()
+        let listed = |kind: &PlaneKind| match kind {
+            PlaneKind::Gradient(..) | PlaneKind::GradientSquared(..) => gradients,
+            PlaneKind::Count(_) | PlaneKind::Link(_) | PlaneKind::LinkGradient(..) | PlaneKind::LinkGradientSquared(..) => false,
+            _ => true,
+        };
+        Self::all().filter(listed).collect()
     }
 }
 
@@ -78,12 +105,12 @@ mod tests {
     #[test]
     fn codes_are_distinct_and_invertible() {
         let mut codes: Vec<u32> = PlaneKind::all().map(PlaneKind::code).collect();
-        assert_eq!(codes.len(), 27);
+        assert_eq!(codes.len(), 107);
         for kind in PlaneKind::all() {
             assert_eq!(PlaneKind::from_code(kind.code()), Some(kind));
         }
         codes.sort_unstable();
         codes.dedup();
-        assert_eq!(codes.len(), 27);
+        assert_eq!(codes.len(), 107);
     }
 }

@@ -82,6 +82,9 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     }
     let links = request.links.unwrap_or(DEFAULT_LINKS);
     in_range("links of a pixel", links, limits::LINKS, "links")?;
+    if technique == Technique::Graph {
+        reasons.push(format!("differences to the {links} most similar pixels nearby, where the choice is mutual"));
+    }
     let rounds = rounds(request, technique, samples, &mut reasons)?;
     let alpha = request.alpha.unwrap_or(DEFAULT_ALPHA);
     if !(alpha.is_finite() && alpha > 0.0) {
@@ -234,18 +237,29 @@ fn rounds(request: &Request, technique: Technique, samples: u32, reasons: &mut V
 }
 
 fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<String>) -> Result<ReconstructionKind, PlanError> {
-    let measures = technique.measures_gradients();
     let (kind, why) = match request.reconstruction {
-        Some(kind) if kind != ReconstructionKind::None && !measures => {
+        Some(kind) if !technique.takes(kind) => {
+            let what = if kind == ReconstructionKind::Graph { "differences along links" } else { "gradients" };
+            let other = if kind == ReconstructionKind::Graph { Technique::Graph } else { Technique::Gpt };
+            let own = ReconstructionKind::ALL.into_iter().rev().filter(|own| technique.takes(*own));
             return Err(PlanError::Missing {
                 choice: format!("reconstruction {}", kind.name()),
-                missing: format!("gradients, which technique {} does not measure", technique.name()),
-                try_instead: format!("technique {}, or reconstruction none", Technique::Gpt.name()),
+                missing: format!("{what}, which technique {} does not measure", technique.name()),
+                try_instead: format!(
+                    "technique {}, or reconstruction {}",
+                    other.name(),
+                    own.map(ReconstructionKind::name).collect::<Vec<_>>().join(" or ")
+                ),
             });
         }
         Some(kind) => (kind, "asked for"),
-        None if measures => (ReconstructionKind::L2, "unbiased, and exact in one step; l1 trades a little bias for fewer outliers"),
-        None => (ReconstructionKind::None, "there are no gradients to reconstruct from"),
+        None => match technique {
+            Technique::Pt => (ReconstructionKind::None, "there are no gradients to reconstruct from"),
+            Technique::Gpt | Technique::Reuse => {
+                (ReconstructionKind::L2, "unbiased, and exact in one step; l1 trades a little bias for fewer outliers")
+            }
+            Technique::Graph => (ReconstructionKind::Graph, "unbiased, and made for differences along links"),
+        },
     };
     reasons.push(format!("reconstruction {}: {why}", kind.name()));
     Ok(kind)

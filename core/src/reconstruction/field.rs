@@ -53,6 +53,12 @@ impl Field {
         &self.values[start..start + self.width]
     }
 
+    /// All values: channel c of the pixel (x, y) stands at (3 y + c) · width + x.
+    #[inline]
+    pub(super) fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     /// Calls `f` for every row and channel, bands in parallel.
     pub(super) fn each_row(&mut self, f: impl Fn(Row) + Sync) {
         self.sum_rows(|row| {

@@ -83,7 +83,7 @@ pub(super) fn minimise(
         if let Some(hierarchy) = &mut hierarchy {
             hierarchy.adapt(&stencil);
         }
-        let solved = gradients.solve(&stencil, hierarchy.as_mut(), &b, &mut x, TOLERANCE, effort.iterations);
+        let solved = gradients.solve(&stencil, hierarchy.as_mut().map(|h| (&stencil, h)), &b, &mut x, TOLERANCE, effort.iterations);
         report.iterations += solved.iterations;
         report.residual = solved.residual;
         epsilon = (0.5 * epsilon).max(scale * LAST_EPSILON);

@@ -5,14 +5,16 @@
 
 mod dct;
 mod field;
+mod graph;
 mod l1;
 mod l2;
 mod multigrid;
 mod none;
 mod solver;
+mod sparse;
 mod stencil;
 
-use crate::film::{Film, HalfFilm, Image};
+use crate::film::{Film, Graph, HalfFilm, Image};
 use crate::lattice::Extent;
 
 /// The reconstruction by name.
@@ -24,11 +26,14 @@ pub enum ReconstructionKind {
     L2,
     /// Screened Poisson in the L1 norm by iteratively reweighted least squares. Robust to outliers, biased.
     L1,
+    /// Least squares over the links between similar pixels. Unbiased.
+    Graph,
 }
 
 impl ReconstructionKind {
     /// Every reconstruction.
-    pub const ALL: [ReconstructionKind; 3] = [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1];
+    pub const ALL: [ReconstructionKind; 4] =
+        [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1, ReconstructionKind::Graph];
 
     /// Its name on the command line and on the wire.
     pub fn name(self) -> &'static str {
@@ -36,6 +41,7 @@ impl ReconstructionKind {
             ReconstructionKind::None => "none",
             ReconstructionKind::L2 => "l2",
             ReconstructionKind::L1 => "l1",
+            ReconstructionKind::Graph => "graph",
         }
     }
 }
@@ -51,6 +57,8 @@ pub struct Measurements<'a> {
     pub dx: &'a Image,
     /// I(x, y+1) − I(x, y), RGB.
     pub dy: &'a Image,
+    /// Differences along links, where there are any.
+    pub graph: Option<&'a Graph>,
 }
 
 /// How a solve went.
@@ -68,6 +76,12 @@ pub enum ReconstructError {
     /// The film has no gradients.
     #[error("reconstruction `{wanted}` needs gradients, and the film has none: render with a technique that measures them, or use `none`")]
     NoGradients {
+        /// The reconstruction's name.
+        wanted: &'static str,
+    },
+    /// The film has no links.
+    #[error("reconstruction `{wanted}` needs differences along links, and the film has none: render with technique graph, or use `none`")]
+    NoLinks {
         /// The reconstruction's name.
         wanted: &'static str,
     },
@@ -103,7 +117,7 @@ pub trait Reconstruct: Send + Sync {
     /// Solves for the image. `alpha` is the weight of the primal against the gradients.
     ///
     /// # Errors
-    /// If an iterative solve diverges.
+    /// If it needs links and there are none, or an iterative solve diverges.
     fn solve(&self, measurements: &Measurements, alpha: f32) -> Result<(Image, SolveReport), ReconstructError>;
 }
 
@@ -113,6 +127,7 @@ fn method(kind: ReconstructionKind) -> &'static dyn Reconstruct {
         ReconstructionKind::None => &none::None,
         ReconstructionKind::L2 => &l2::L2,
         ReconstructionKind::L1 => &l1::L1,
+        ReconstructionKind::Graph => &graph::LeastSquares,
     }
 }
 
@@ -178,7 +193,7 @@ fn solve_half(
     let nothing = Image::new(extent, 3);
     let (dx, dy) = match (&half.gradients, kind) {
         (Some(g), _) => (&g.dx, &g.dy),
-        (Option::None, ReconstructionKind::None) => (&nothing, &nothing),
+        (Option::None, ReconstructionKind::None | ReconstructionKind::Graph) => (&nothing, &nothing),
         (Option::None, _) => return Err(ReconstructError::NoGradients { wanted: kind.name() }),
     };
     for (plane, image) in [("primal", &half.primal), ("dx", dx), ("dy", dy)] {
@@ -186,7 +201,8 @@ fn solve_half(
             return Err(ReconstructError::NotFinite { plane, index });
         }
     }
-    let (image, report) = method.solve(&Measurements { extent, primal: &half.primal, dx, dy }, alpha)?;
+    let graph = half.graph.as_ref();
+    let (image, report) = method.solve(&Measurements { extent, primal: &half.primal, dx, dy, graph }, alpha)?;
     Ok((zip(&image, &half.direct, |p, d| p + d), report))
 }
 

@@ -1,8 +1,33 @@
 //! Conjugate gradients for the three channels of a frame at once: they share the operator, whose weights are then read once for all.
 
-use super::field::Field;
+use super::field::{Field, Row, dot};
 use super::multigrid::Hierarchy;
 use super::stencil::Stencil;
+
+/// A symmetric positive definite operator, alike for all channels.
+pub(super) trait Operator: Sync {
+    /// One row and channel of A x.
+    fn row(&self, x: &Field, out: &mut Row);
+
+    /// out = A x; returns ⟨x, A x⟩ by channel.
+    fn apply(&self, x: &Field, out: &mut Field) -> [f64; 3] {
+        out.sum_rows(|mut row| {
+            self.row(x, &mut row);
+            dot(row.values, x.row(row.y, row.channel))
+        })
+    }
+
+    /// out = b − A x; returns its squared norm by channel.
+    fn residual(&self, b: &Field, x: &Field, out: &mut Field) -> [f64; 3] {
+        out.sum_rows(|mut row| {
+            self.row(x, &mut row);
+            for (r, b) in row.values.iter_mut().zip(b.row(row.y, row.channel)) {
+                *r = b - *r;
+            }
+            dot(row.values, row.values)
+        })
+    }
+}
 
 /// Memory of the iteration, kept from one solve to the next.
 pub(super) struct ConjugateGradients {
@@ -28,11 +53,11 @@ impl ConjugateGradients {
     }
 
     /// Solves A x = b from the given x until the residual is `tolerance` times ‖b‖ in every channel, or `most` iterations are done.
-    /// Without a hierarchy the iteration is plain.
+    /// The preconditioner is a cycle over a stencil near the operator; without one the iteration is plain.
     pub(super) fn solve(
         &mut self,
-        stencil: &Stencil,
-        mut hierarchy: Option<&mut Hierarchy>,
+        operator: &impl Operator,
+        mut preconditioner: Option<(&Stencil, &mut Hierarchy)>,
         b: &Field,
         x: &mut Field,
         tolerance: f64,
@@ -42,14 +67,14 @@ impl ConjugateGradients {
         let relative = |squares: [f64; 3]| {
             (0..3).map(|c| if norms[c] > 0.0 { (squares[c] / norms[c]).sqrt() } else { squares[c].sqrt() }).fold(0.0, f64::max)
         };
-        let mut residual = relative(stencil.residual(b, x, &mut self.residual));
+        let mut residual = relative(operator.residual(b, x, &mut self.residual));
         let mut before = [0.0; 3];
         for iteration in 0..most {
             if residual <= tolerance {
                 return Solved { iterations: iteration, residual };
             }
-            let z = match &mut hierarchy {
-                Some(hierarchy) => {
+            let z = match &mut preconditioner {
+                Some((stencil, hierarchy)) => {
                     hierarchy.precondition(stencil, &self.residual, &mut self.preconditioned);
                     &self.preconditioned
                 }
@@ -64,7 +89,7 @@ impl ConjugateGradients {
                     *p = z + beta[row.channel] * *p;
                 }
             });
-            let curvature = stencil.apply(&self.direction, &mut self.image);
+            let curvature = operator.apply(&self.direction, &mut self.image);
             let step: [f32; 3] = std::array::from_fn(|c| ratio(now[c], curvature[c]));
             x.each_row(|row| {
                 for (x, p) in row.values.iter_mut().zip(self.direction.row(row.y, row.channel)) {

@@ -1,6 +1,7 @@
 //! The weighted screened Poisson operator on the lattice: A x = s·x + ∇ᵀ(w ∇x).
 
 use super::field::{Field, Row};
+use super::solver::Operator;
 
 /// A symmetric positive definite five-point stencil with a weight for each pixel and each edge, alike for all channels.
 #[derive(Clone, Debug, Default)]
@@ -60,23 +61,11 @@ impl Stencil {
         }
         out[n - 1] = own(n - 1) + wx[n - 2] * (here[n - 1] - here[n - 2]);
     }
+}
 
-    /// out = A x; returns ⟨x, A x⟩ by channel.
-    pub(super) fn apply(&self, x: &Field, out: &mut Field) -> [f64; 3] {
-        out.sum_rows(|Row { y, channel, values }| {
-            self.apply_row(x, y, channel, values);
-            super::field::dot(values, x.row(y, channel))
-        })
-    }
-
-    /// out = b − A x; returns its squared norm by channel.
-    pub(super) fn residual(&self, b: &Field, x: &Field, out: &mut Field) -> [f64; 3] {
-        out.sum_rows(|Row { y, channel, values }| {
-            self.apply_row(x, y, channel, values);
-            for (r, b) in values.iter_mut().zip(b.row(y, channel)) {
-                *r = b - *r;
-            }
-            super::field::dot(values, values)
-        })
+impl Operator for Stencil {
+    #[inline]
+    fn row(&self, x: &Field, Row { y, channel, values }: &mut Row) {
+        self.apply_row(x, *y, *channel, values);
     }
 }

@@ -57,7 +57,7 @@ fn l2_solves_its_normal_equations() {
     for (w, h) in [(1, 1), (1, 9), (7, 1), (16, 12), (13, 17)] {
         let extent = Extent { width: w, height: h };
         let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
         let (image, _) = l2::L2.solve(&m, 0.3).unwrap();
         let (gx, gy) = differences(&image);
         for c in 0..3 {
@@ -81,11 +81,11 @@ fn l2_keeps_the_mean_and_consistent_images() {
     let extent = Extent { width: 21, height: 14 };
     let image = picture(extent);
     let (dx, dy) = differences(&image);
-    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy };
+    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy, graph: None };
     assert!(worst(&l2::L2.solve(&m, 0.2).unwrap().0, &image) < 1e-5);
     let noisy = random(extent, 5, 1.0);
     let (gx, gy) = (random(extent, 6, 1.0), random(extent, 7, 1.0));
-    let m = Measurements { extent, primal: &noisy, dx: &gx, dy: &gy };
+    let m = Measurements { extent, primal: &noisy, dx: &gx, dy: &gy, graph: None };
     let (solved, _) = l2::L2.solve(&m, 0.2).unwrap();
     for c in 0..3 {
         let sum = |i: &Image| i.plane(c).iter().map(|v| f64::from(*v)).sum::<f64>();
@@ -99,7 +99,7 @@ fn l1_ignores_an_outlier_that_l2_spreads() {
     let image = picture(extent);
     let (mut dx, dy) = differences(&image);
     dx.set(5, 12, 0, 40.0);
-    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy };
+    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy, graph: None };
     let (l2, _) = l2::L2.solve(&m, 0.2).unwrap();
     let (l1, report) = l1::L1.solve(&m, 0.2).unwrap();
     assert!(worst(&l2, &image) > 1.0);
@@ -112,7 +112,7 @@ fn l1_ignores_an_outlier_that_l2_spreads() {
 fn l1_is_near_its_minimum() {
     let extent = Extent { width: 12, height: 10 };
     let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
     let (image, _) = l1::L1.solve(&m, 0.4).unwrap();
     let best = l1::objective(&m, &image, 0.4);
     // The objective is convex: no small step in any direction may lower it by more than rounding and the last ε allow.
@@ -151,7 +151,14 @@ fn multigrid_converges_fast_where_weights_jump() {
             let mut hierarchy = multigrid::Hierarchy::new(w, h);
             hierarchy.adapt(&stencil);
             let mut x = field::Field::new(w, h);
-            let solved = solver::ConjugateGradients::new(w, h).solve(&stencil, multigrid.then_some(&mut hierarchy), &b, &mut x, 1e-5, most);
+            let solved = solver::ConjugateGradients::new(w, h).solve(
+                &stencil,
+                multigrid.then_some((&stencil, &mut hierarchy)),
+                &b,
+                &mut x,
+                1e-5,
+                most,
+            );
             (x, solved)
         };
         let (x, solved) = solve(true, 200);
@@ -179,7 +186,7 @@ fn l1_falls_with_each_reweighting_and_ends_near_the_long_way() {
     for (k, v) in dx.data_mut().iter_mut().chain(dy.data_mut()).enumerate() {
         *v += 0.05 * noise(k, 2) + if k % 61 == 0 { 3.0 * noise(k, 4) } else { 0.0 };
     }
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
     let mut course = Vec::new();
     let effort = l1::Effort { reweightings: 24, iterations: 2, settled: 0.0, multigrid: true };
     l1::minimise(&m, 0.2, &effort, |objective| course.push(objective)).unwrap();
@@ -242,7 +249,7 @@ fn l2_agrees_with_dense_elimination() {
     for (w, h) in [(1, 1), (1, 7), (11, 1), (7, 5), (8, 8), (13, 11)] {
         let extent = Extent { width: w, height: h };
         let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
         for alpha in [0.05f32, 0.2, 3.0] {
             for c in 0..3 {
                 let solved = l2::solve_channel(&m, c, alpha);
@@ -257,7 +264,7 @@ fn l2_agrees_with_dense_elimination() {
 fn l2_tends_to_the_primal_as_alpha_grows() {
     let extent = Extent { width: 10, height: 6 };
     let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
     let distance = |alpha| worst(&l2::L2.solve(&m, alpha).unwrap().0, &p);
     let distances = [1.0, 10.0, 1000.0].map(distance);
     assert!(distances[0] > 0.2 && distances[1] < 0.1 && distances[2] < 1e-5, "{distances:?}");
@@ -267,7 +274,7 @@ fn l2_tends_to_the_primal_as_alpha_grows() {
 fn threads_do_not_change_a_bit() {
     let extent = Extent { width: 61, height: 47 };
     let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy };
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
     for kind in ReconstructionKind::ALL {
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -291,6 +298,7 @@ fn film(samples: [u32; 2], gradients: bool) -> Film {
             dx_variance: Image::new(extent, 1),
             dy_variance: Image::new(extent, 1),
         }),
+        graph: None,
     };
     let features = Features { albedo: Image::new(extent, 3), normal: Image::new(extent, 3), depth: Image::new(extent, 1) };
     Film { extent, halves: [half(10, samples[0]), half(20, samples[1])], counts: None, features, statistics: Statistics::default() }

@@ -1,10 +1,12 @@
 //! The pure function that the farm maps over units of work.
 //!
-//! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`), `group` what groups of pixels
-//! measure together (`reuse`); `roulette` skips shifts of dark paths,
+//! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`, `graph`), `group` what groups of pixels
+//! measure together (`reuse`); `links` finds the similar pixels of `graph` by their `features`, `roulette` skips shifts of dark paths,
 //! `sums` is what a pixel adds up, `outcome` what is counted.
 
+mod features;
 mod group;
+mod links;
 mod outcome;
 mod pixel;
 mod roulette;
@@ -16,8 +18,9 @@ use crate::film::{FilmBlock, Statistics};
 use crate::lattice::Half;
 use crate::plan::{Plan, Technique, TileGuide, WorkUnit};
 use crate::scene::Scene;
+use links::Links;
 use pixel::{PixelRenderer, Scratch};
-use sums::{PixelSums, Planes};
+use sums::{LinkSums, PixelSums, Planes};
 
 /// Renders one unit: the samples `unit.samples` of each pixel of `unit.tile`.
 ///
@@ -45,9 +48,13 @@ fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(scene: &Scene, plan: &Plan, u
     let mut planes = Planes::new(unit.tile, &plan.layout());
     let mut statistics = Statistics::default();
     let mut scratch = Scratch::default();
+    let links = (plan.technique == Technique::Graph).then(|| Links::of_tile(scene, plan, unit.tile));
     for index in 0..unit.tile.pixels() {
         let place = [unit.tile.x + index as u32 % unit.tile.width, unit.tile.y + index as u32 / unit.tile.width];
         let mut sums = PixelSums::default();
+        if let Some(links) = &links {
+            sums.links.extend(links.of(index).map(LinkSums::new));
+        }
         for sample in samples(index) {
             renderer.sample(place, sample, &mut scratch, &mut sums, &mut statistics);
         }

@@ -8,7 +8,7 @@ use crate::gradient::difference;
 use crate::integrator::PathIntegrator;
 use crate::lattice::{Half, Offset};
 use crate::path::{Integrator, OffsetSubpath, ShiftMap, Subpath};
-use crate::plan::Plan;
+use crate::plan::{Plan, Technique};
 use crate::sampling::{Dimension, SampleKey, SampleStream};
 use crate::scene::Scene;
 use crate::sensor::View;
@@ -98,27 +98,53 @@ impl<'a> PixelRenderer<'a> {
             return;
         }
         let survival = self.survival(primal);
+        if self.plan.technique == Technique::Graph {
+            for (slot, link) in sums.links.iter_mut().enumerate() {
+                link.see();
+                if let Some(difference) = self.towards(link.to, slot, &place, survival, scratch, statistics) {
+                    link.add_gradient(half, difference);
+                }
+            }
+            return;
+        }
         for offset in Offset::IMAGE {
             let (dx, dy) = offset.displacement();
             if !self.plan.extent.contains(i64::from(x) + dx, i64::from(y) + dy) {
                 statistics.add(Counter::ShiftOutsideFilm, 1);
                 continue;
             }
-            if base.vertices.is_empty() {
-                // The camera saw no surface: there is nothing to shift.
-                continue;
+            if let Some(difference) = self.towards([dx, dy], offset.index(), &place, survival, scratch, statistics) {
+                // A backward step measures this − previous: the difference turns its sign.
+                sums_of_half.add_gradient(offset, difference * f32::from(offset.step));
             }
-            if survival < 1.0 && base.stream.number(Dimension::shift(offset.index())) >= survival {
-                statistics.add(Counter::ShiftSkipped, 1);
-                continue;
-            }
-            self.shift(base, &place, [dx, dy], &mut scratch.offset);
-            let (difference, rays) = difference(self.scene, base, &scratch.offset);
-            statistics.add(Counter::Rays, u64::from(scratch.offset.rays + rays));
-            tell(self.plan.shift, base, &scratch.offset, statistics);
-            // A backward step measures this − previous: the difference turns its sign.
-            let difference = finite(difference * (weight / survival), Counter::NotFiniteGradient, statistics) * f32::from(offset.step);
-            sums_of_half.add_gradient(offset, difference);
         }
+    }
+
+    /// The weighted difference from this pixel to the one that lies `to` columns and rows on, by the base path at hand. `None` where
+    /// there is nothing to shift or roulette leaves it; `neighbour` names the number that it draws.
+    #[inline]
+    fn towards(
+        &self,
+        to: [i64; 2],
+        neighbour: usize,
+        place: &Place,
+        survival: f32,
+        scratch: &mut Scratch,
+        statistics: &mut Statistics,
+    ) -> Option<Spectrum> {
+        let Scratch { base, offset } = scratch;
+        if base.vertices.is_empty() {
+            // The camera saw no surface.
+            return None;
+        }
+        if survival < 1.0 && base.stream.number(Dimension::shift(neighbour)) >= survival {
+            statistics.add(Counter::ShiftSkipped, 1);
+            return None;
+        }
+        self.shift(base, place, to, offset);
+        let (difference, rays) = difference(self.scene, base, offset);
+        statistics.add(Counter::Rays, u64::from(offset.rays + rays));
+        tell(self.plan.shift, base, offset, statistics);
+        Some(finite(difference * (place.weight / survival), Counter::NotFiniteGradient, statistics))
     }
 }

@@ -14,7 +14,54 @@ pub(super) struct PixelSums {
     pub(super) albedo: [f64; 3],
     pub(super) normal: [f64; 3],
     pub(super) depth: [f64; 3],
+    /// One entry a link, by slot.
+    pub(super) links: Vec<LinkSums>,
 }
+
+/// What is summed along one link.
+#[derive(Default)]
+pub(super) struct LinkSums {
+    /// To the linked pixel, from this one (columns, rows).
+    pub(super) to: [i64; 2],
+    /// Sum of `to` over samples.
+    displacement: [f64; 3],
+    /// By half.
+    gradient: [[f64; 3]; 2],
+    /// By half.
+    gradient_squared: [[f64; 3]; 2],
+}
+
+impl LinkSums {
+    /// A link to the pixel that lies so many columns and rows on.
+    pub(super) fn new(to: [i64; 2]) -> Self {
+        Self { to, ..Self::default() }
+    }
+
+    /// Counts a sample.
+    pub(super) fn see(&mut self) {
+        for (sum, d) in self.displacement.iter_mut().zip(self.to) {
+            *sum += d as f64;
+        }
+    }
+
+    /// Adds a sample's difference.
+    pub(super) fn add_gradient(&mut self, half: Half, difference: Spectrum) {
+        add(&mut self.gradient[half.index()], difference);
+        self.gradient_squared[half.index()][0] += f64::from(difference.square_sum());
+    }
+
+    /// The sums behind a plane of links.
+    fn of(&self, kind: PlaneKind) -> &[f64; 3] {
+        match kind {
+            PlaneKind::LinkGradient(h, _) => &self.gradient[h.index()],
+            PlaneKind::LinkGradientSquared(h, _) => &self.gradient_squared[h.index()],
+            _ => &self.displacement,
+        }
+    }
+}
+
+/// What an empty slot sums up to.
+const NOTHING: [f64; 3] = [0.0; 3];
 
 /// What each half of the film has of its own.
 #[derive(Default)]
@@ -55,6 +102,9 @@ impl PixelSums {
             PlaneKind::Normal => &self.normal,
             PlaneKind::Depth => &self.depth,
             PlaneKind::Count(h) => &self.halves[h.index()].count,
+            PlaneKind::Link(slot) | PlaneKind::LinkGradient(_, slot) | PlaneKind::LinkGradientSquared(_, slot) => {
+                self.links.get(usize::from(slot)).map_or(&NOTHING, |link| link.of(kind))
+            }
         };
         (sums, kind.channels())
     }
