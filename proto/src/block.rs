@@ -226,14 +226,17 @@ mod tests {
     use gradfarm_core::film::Counter;
     use proptest::prelude::*;
 
-    fn sample(width: u32, height: u32, gradients: bool, seed: u32) -> FilmBlock {
+    fn layout(gradients: bool, links: u8) -> Vec<PlaneKind> {
+        PlaneKind::layout(gradients).into_iter().chain(PlaneKind::links(links)).collect()
+    }
+
+    fn sample(width: u32, height: u32, layout: &[PlaneKind], seed: u32) -> FilmBlock {
         let tile = Tile { x: 3, y: 5, width, height };
         let mut state = seed;
         let mut next = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / 1e6 - 4.0
         };
-        let layout = PlaneKind::layout(gradients);
         let planes = layout.iter().map(|kind| (*kind, (0..tile.pixels() * kind.channels()).map(|_| next()).collect())).collect();
         let mut statistics = Statistics::default();
         statistics.add(Counter::Rays, u64::from(seed) << 20);
@@ -242,10 +245,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn blocks_come_back_as_they_were(width in 1u32..20, height in 1u32..20, gradients: bool, seed: u32) {
-            let block = sample(width, height, gradients, seed);
+        fn blocks_come_back_as_they_were(width in 1u32..20, height in 1u32..20, gradients: bool, links in 0..=PlaneKind::SLOTS, seed: u32) {
+            let layout = layout(gradients, links);
+            let block = sample(width, height, &layout, seed);
             let encoded = encode(&block).unwrap();
-            let layout = PlaneKind::layout(gradients);
             prop_assert_eq!(encoded.size, encoded_size(block.tile, &layout, block.statistics.counts().len()));
             let back = decode(&encoded.compressed, encoded.digest, encoded.size, encoded.size).unwrap();
             prop_assert_eq!(back, block);
@@ -253,19 +256,19 @@ mod tests {
 
         #[test]
         fn damage_never_passes_and_never_panics(seed: u32, at in 0usize..1 << 16, flip in 1u8..) {
-            let encoded = encode(&sample(4, 3, false, seed)).unwrap();
+            let encoded = encode(&sample(4, 3, &layout(false, 0), seed)).unwrap();
             let mut bytes = encoded.compressed.to_vec();
             let at = at % bytes.len();
             bytes[at] ^= flip;
             if let Ok(block) = decode(&bytes, encoded.digest, encoded.size, encoded.size) {
-                prop_assert_eq!(block, sample(4, 3, false, seed));
+                prop_assert_eq!(block, sample(4, 3, &layout(false, 0), seed));
             }
         }
     }
 
     #[test]
     fn sizes_are_bounded_before_anything_is_allocated() {
-        let encoded = encode(&sample(4, 4, true, 1)).unwrap();
+        let encoded = encode(&sample(4, 4, &layout(true, 0), 1)).unwrap();
         let refused = decode(&encoded.compressed, encoded.digest, 1 << 40, u64::MAX);
         assert!(matches!(refused, Err(DecodeBlockError::Size { .. })));
         let refused = decode(&encoded.compressed, encoded.digest, encoded.size, encoded.size - 1);

@@ -133,3 +133,59 @@ fn slots(extent: Extent, displacements: &[&Image]) -> Result<Slots, LinkError> {
     }
     Ok(slots)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{FilmBlock, FoldError, Statistics, TileFold};
+    use crate::lattice::SampleRange;
+
+    /// A film of three pixels and two samples: links by pixel and slot, and pixel k measures 10 k + slot + 1 along each.
+    fn film(links: [[[f32; 2]; 2]; 3]) -> Result<[Option<Graph>; 2], FoldError> {
+        let extent = Extent { width: 3, height: 1 };
+        let mut layout = PlaneKind::layout(false);
+        layout.extend(PlaneKind::links(2));
+        let value = |kind, channel: usize, pixel: usize| match kind {
+            PlaneKind::Link(slot) => 2.0 * links[pixel][usize::from(slot)][channel],
+            PlaneKind::LinkGradient(_, slot) => (10 * pixel) as f32 + f32::from(slot) + 1.0,
+            PlaneKind::LinkGradientSquared(..) => 1e4,
+            _ => 0.0,
+        };
+        let plane = |kind: &PlaneKind| {
+            let values = (0..kind.channels()).flat_map(|channel| (0..3).map(move |pixel| value(*kind, channel, pixel))).collect();
+            (*kind, values)
+        };
+        let [tile] = extent.tiles(8)[..] else { unreachable!() };
+        let samples = SampleRange { first: 0, count: 2 };
+        let block = FilmBlock { tile, samples, planes: layout.iter().map(plane).collect(), statistics: Statistics::default() };
+        let mut fold = TileFold::new(tile, &layout);
+        fold.add(&block)?;
+        let mut frame = FrameFold::new(extent, &layout);
+        frame.place(&fold)?;
+        Ok(frame.finish()?.halves.map(|half| half.graph))
+    }
+
+    const NONE: [f32; 2] = [0.0; 2];
+
+    #[test]
+    fn links_join_what_their_ends_measured() {
+        let [graph, _] = film([[[2.0, 0.0], [1.0, 0.0]], [NONE, [-1.0, 0.0]], [[-2.0, 0.0], NONE]]).unwrap();
+        let graph = graph.unwrap();
+        assert_eq!(*graph.links, [[0, 2], [0, 1]]);
+        assert_eq!(graph.differences, [[1.0 - 21.0; 3], [2.0 - 12.0; 3]]);
+        assert_eq!(graph.blend(&graph, 0.5, 0.25).differences[1], [-7.5; 3]);
+    }
+
+    #[test]
+    fn links_that_do_not_fit_are_refused() {
+        let refused = |links| film(links).unwrap_err().to_string();
+        assert!(refused([[[1.0, 0.0], NONE], [NONE; 2], [NONE; 2]]).contains("pixel 0 is linked to pixel 1, which is not linked back"));
+        for target in [[-1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [3.0, 0.0]] {
+            let message = refused([[NONE, target], [NONE; 2], [NONE; 2]]);
+            assert!(message.contains("slot 1 of pixel 0"), "{target:?}: {message}");
+        }
+        let twice = [[1.0, 0.0]; 2];
+        assert!(refused([twice, [[-1.0, 0.0], NONE], [NONE; 2]]).contains("slot 1 of pixel 0"));
+        assert!(film([[NONE; 2]; 3]).unwrap().iter().all(|graph| graph.as_ref().unwrap().links.is_empty()));
+    }
+}

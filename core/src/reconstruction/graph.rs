@@ -14,6 +14,9 @@ use super::sparse::Sparse;
 use super::{Measurements, Reconstruct, ReconstructError, ReconstructionKind, SolveReport};
 use crate::film::{Graph, Image};
 
+#[cfg(test)]
+mod tests;
+
 /// Least squares over links.
 pub(super) struct LeastSquares;
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::film::{Features, Gradients, Statistics};
+use std::sync::Arc;
 
 fn noise(k: usize, seed: usize) -> f32 {
     let mut z = (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (seed as u64).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -10,9 +11,24 @@ fn noise(k: usize, seed: usize) -> f32 {
     ((z >> 40) as f32) / (1 << 24) as f32 - 0.5
 }
 
-fn random(extent: Extent, seed: usize, scale: f32) -> Image {
+pub(super) fn random(extent: Extent, seed: usize, scale: f32) -> Image {
     let data = (0..extent.pixels() * 3).map(|k| noise(k, seed) * scale).collect();
     Image::from_planes(extent, 3, data).unwrap()
+}
+
+/// Links of several displacements, most of those that are possible, with differences of any kind.
+pub(super) fn linked(extent: Extent, seed: usize) -> Graph {
+    let mut links = Vec::new();
+    for (y, x) in (0..extent.height).flat_map(|y| (0..extent.width).map(move |x| (y, x))) {
+        for (dx, dy) in [(1, 0), (-1, 1), (0, 1), (1, 1), (-2, 3)] {
+            let (tx, ty) = (i64::from(x) + dx, i64::from(y) + dy);
+            if extent.contains(tx, ty) && noise(links.len() + 7 * extent.index(x, y), seed) < 0.3 {
+                links.push([extent.index(x, y) as u32, extent.index(tx as u32, ty as u32) as u32]);
+            }
+        }
+    }
+    let differences = (0..links.len()).map(|k| std::array::from_fn(|c| noise(3 * k + c, seed + 1))).collect();
+    Graph { variances: vec![1.0; links.len()], links: Arc::new(links), differences }
 }
 
 /// Forward differences of an image.
@@ -274,7 +290,7 @@ fn l2_tends_to_the_primal_as_alpha_grows() {
 fn threads_do_not_change_a_bit() {
     let extent = Extent { width: 61, height: 47 };
     let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
+    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: Some(&linked(extent, 4)) };
     for kind in ReconstructionKind::ALL {
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

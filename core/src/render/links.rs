@@ -12,6 +12,9 @@ use crate::lattice::Tile;
 use crate::plan::Plan;
 use crate::scene::Scene;
 
+#[cfg(test)]
+mod tests;
+
 /// How far linked pixels lie apart at most, in columns and in rows.
 const REACH: u32 = 3;
 /// Weight of normals that differ, by 1 − cosine.

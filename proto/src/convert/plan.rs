@@ -128,7 +128,7 @@ mod tests {
             Plan::try_from(message).unwrap_err().to_string()
         };
         assert_eq!(spoil(|p| p.extent = None), "plan.extent is missing");
-        assert_eq!(spoil(|p| p.technique = "magic".into()), "plan.technique is \"magic\", expected one of pt, gpt, reuse");
+        assert_eq!(spoil(|p| p.technique = "magic".into()), "plan.technique is \"magic\", expected one of pt, gpt, reuse, graph");
         assert_eq!(
             spoil(|p| p.shift = "magic".into()),
             "plan.shift is \"magic\", expected one of hybrid, reconnection, replay, replay-reconnection, composable"
