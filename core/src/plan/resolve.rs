@@ -16,7 +16,7 @@ const DEFAULT_SURVIVAL: f32 = 1.0;
 /// Edge of the groups that reuse one another's paths where nothing else was asked [pixels].
 const DEFAULT_REUSE_EDGE: u32 = 6;
 /// Most links of a pixel where nothing else was asked.
-const DEFAULT_LINKS: u32 = 8;
+const DEFAULT_LINKS: u32 = 4;
 
 /// Why no plan can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,14 +1,12 @@
 //! Least squares over the links between similar pixels: argmin Σ ‖Iⱼ − Iᵢ − Gᵢⱼ‖² + α² Σ ‖Iᵢ − Pᵢ‖².
 //!
-//! Solved by conjugate gradients, preconditioned by a multigrid cycle over the five-point stencil nearest to the graph. The image is
-//! linear in the measurements, so it is unbiased where they are. Pixels that links join keep the mean of their primal: a constant is in
+//! Solved by conjugate gradients, preconditioned by the diagonal. The image is linear in the measurements, so it is unbiased where they are. Pixels that links join keep the mean of their primal: a constant is in
 //! the null space of the differences, and what the iteration leaves of that is put right at the end.
 //!
 //! # Source
 //! Manzi, Rousselle, Kettunen, Lehtinen and Zwicker, "Improved Sampling for Gradient-Domain Metropolis Light Transport", ACM TOG 33(6), 2014.
 
 use super::field::Field;
-use super::multigrid::Hierarchy;
 use super::solver::ConjugateGradients;
 use super::sparse::Sparse;
 use super::{Measurements, Reconstruct, ReconstructError, ReconstructionKind, SolveReport};
@@ -23,7 +21,7 @@ pub(super) struct LeastSquares;
 /// Relative residual ‖b − Ax‖ / ‖b‖ at which the image is good enough: far below noise.
 const TOLERANCE: f64 = 1e-5;
 /// Iterations at most.
-const MOST: u32 = 200;
+const MOST: u32 = 1000;
 
 impl Reconstruct for LeastSquares {
     fn is_linear(&self) -> bool {
@@ -52,12 +50,9 @@ pub(super) fn weighted(
         return Ok((image, SolveReport::default()));
     }
     let operator = Sparse::new(width, height, alpha * alpha, &graph.links, weights);
-    let stencil = operator.nearby(&graph.links, weights);
-    let mut hierarchy = Hierarchy::new(width, height);
-    hierarchy.adapt(&stencil);
     let b = Field::from_image(&right_hand_side(measurements.primal, graph, weights, alpha));
     let mut x = Field::from_image(measurements.primal);
-    let solved = ConjugateGradients::new(width, height).solve(&operator, Some((&stencil, &mut hierarchy)), &b, &mut x, TOLERANCE, MOST);
+    let solved = ConjugateGradients::new(width, height).solve(&operator, Some(&mut operator.diagonal()), &b, &mut x, TOLERANCE, MOST);
     if !solved.residual.is_finite() {
         return Err(ReconstructError::Diverged { iterations: solved.iterations, residual: solved.residual });
     }

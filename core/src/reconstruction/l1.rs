@@ -9,8 +9,8 @@
 
 use super::field::{Field, Row};
 use super::l2::L2;
-use super::multigrid::Hierarchy;
-use super::solver::ConjugateGradients;
+use super::multigrid::{Cycle, Hierarchy};
+use super::solver::{ConjugateGradients, Precondition};
 use super::stencil::Stencil;
 use super::{Measurements, Reconstruct, ReconstructError, SolveReport};
 use crate::film::Image;
@@ -83,7 +83,9 @@ pub(super) fn minimise(
         if let Some(hierarchy) = &mut hierarchy {
             hierarchy.adapt(&stencil);
         }
-        let solved = gradients.solve(&stencil, hierarchy.as_mut().map(|h| (&stencil, h)), &b, &mut x, TOLERANCE, effort.iterations);
+        let mut cycle = hierarchy.as_mut().map(|hierarchy| Cycle { stencil: &stencil, hierarchy });
+        let cycle = cycle.as_mut().map(|cycle| cycle as &mut dyn Precondition);
+        let solved = gradients.solve(&stencil, cycle, &b, &mut x, TOLERANCE, effort.iterations);
         report.iterations += solved.iterations;
         report.residual = solved.residual;
         epsilon = (0.5 * epsilon).max(scale * LAST_EPSILON);

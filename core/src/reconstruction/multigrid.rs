@@ -7,6 +7,7 @@
 //! Trottenberg, Oosterlee and Schüller, "Multigrid", 2001, sections 2 and 7; aggregation scaling by Braess, Computing 55, 1995.
 
 use super::field::{Field, Row};
+use super::solver::Precondition;
 use super::stencil::Stencil;
 use rayon::prelude::*;
 
@@ -59,10 +60,17 @@ impl Hierarchy {
             finer = &level.stencil;
         }
     }
+}
 
-    /// z ≈ A⁻¹ r, for the operator that it was adapted to.
-    pub(super) fn precondition(&mut self, stencil: &Stencil, r: &Field, z: &mut Field) {
-        cycle(stencil, &mut self.levels, r, z);
+/// A cycle over an operator and the hierarchy that was adapted to it.
+pub(super) struct Cycle<'a> {
+    pub(super) stencil: &'a Stencil,
+    pub(super) hierarchy: &'a mut Hierarchy,
+}
+
+impl Precondition for Cycle<'_> {
+    fn precondition(&mut self, r: &Field, z: &mut Field) {
+        cycle(self.stencil, &mut self.hierarchy.levels, r, z);
     }
 }
 

@@ -1,8 +1,6 @@
 //! Conjugate gradients for the three channels of a frame at once: they share the operator, whose weights are then read once for all.
 
 use super::field::{Field, Row, dot};
-use super::multigrid::Hierarchy;
-use super::stencil::Stencil;
 
 /// A symmetric positive definite operator, alike for all channels.
 pub(super) trait Operator: Sync {
@@ -29,6 +27,12 @@ pub(super) trait Operator: Sync {
     }
 }
 
+/// A cheap symmetric stand-in for an operator's inverse. Called once an iteration.
+pub(super) trait Precondition {
+    /// z ≈ A⁻¹ r.
+    fn precondition(&mut self, r: &Field, z: &mut Field);
+}
+
 /// Memory of the iteration, kept from one solve to the next.
 pub(super) struct ConjugateGradients {
     residual: Field,
@@ -53,11 +57,11 @@ impl ConjugateGradients {
     }
 
     /// Solves A x = b from the given x until the residual is `tolerance` times ‖b‖ in every channel, or `most` iterations are done.
-    /// The preconditioner is a cycle over a stencil near the operator; without one the iteration is plain.
+    /// Without a preconditioner the iteration is plain.
     pub(super) fn solve(
         &mut self,
         operator: &impl Operator,
-        mut preconditioner: Option<(&Stencil, &mut Hierarchy)>,
+        mut preconditioner: Option<&mut dyn Precondition>,
         b: &Field,
         x: &mut Field,
         tolerance: f64,
@@ -74,8 +78,8 @@ impl ConjugateGradients {
                 return Solved { iterations: iteration, residual };
             }
             let z = match &mut preconditioner {
-                Some((stencil, hierarchy)) => {
-                    hierarchy.precondition(stencil, &self.residual, &mut self.preconditioned);
+                Some(preconditioner) => {
+                    preconditioner.precondition(&self.residual, &mut self.preconditioned);
                     &self.preconditioned
                 }
                 None => &self.residual,

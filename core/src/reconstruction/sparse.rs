@@ -1,13 +1,11 @@
 //! The weighted screened Laplacian of a graph of pixels: (A x)ᵢ = s·xᵢ + Σⱼ wᵢⱼ (xᵢ − xⱼ).
 
 use super::field::{Field, Row};
-use super::solver::Operator;
-use super::stencil::Stencil;
+use super::solver::{Operator, Precondition};
 
 /// A symmetric positive definite operator with a row for each pixel.
 pub(super) struct Sparse {
     width: usize,
-    height: usize,
     screen: f32,
     /// Where the links of each pixel start; one entry more than there are pixels.
     starts: Vec<u32>,
@@ -28,7 +26,7 @@ impl Sparse {
             starts[i + 1] += starts[i];
         }
         let mut next = starts.clone();
-        let mut operator = Self { width, height, screen, starts, to: vec![0; 2 * links.len()], weights: vec![0.0; 2 * links.len()] };
+        let mut operator = Self { width, screen, starts, to: vec![0; 2 * links.len()], weights: vec![0.0; 2 * links.len()] };
         let in_field = |pixel: u32| (3 * (pixel as usize / width) * width + pixel as usize % width) as u32;
         for ([i, j], weight) in links.iter().zip(weights) {
             for (from, to) in [(*i, *j), (*j, *i)] {
@@ -41,24 +39,27 @@ impl Sparse {
         operator
     }
 
-    /// A five-point stencil near the operator. A link across a columns and b rows stands for a straight step (a·∂x + b·∂y), whose square
-    /// is a² ∂x² + b² ∂y² where links lie evenly: it adds its weight a times to each of the a edges on its way, half of it on the way
-    /// that goes along the row first and half on the other.
-    pub(super) fn nearby(&self, links: &[[u32; 2]], weights: &[f32]) -> Stencil {
-        let mut stencil = Stencil::new(self.width, self.height);
-        stencil.screen.fill(self.screen);
-        for ([i, j], weight) in links.iter().zip(weights) {
-            let [(ax, ay), (bx, by)] = [*i, *j].map(|pixel| (pixel as usize % self.width, pixel as usize / self.width));
-            let (left, right) = (ax.min(bx), ax.max(bx));
-            let (columns, rows) = (0.5 * weight * (right - left) as f32, 0.5 * weight * (by - ay) as f32);
-            for row in [ay, by] {
-                stencil.wx[row * self.width + left..row * self.width + right].iter_mut().for_each(|w| *w += columns);
+    /// The inverse of the diagonal.
+    pub(super) fn diagonal(&self) -> Diagonal {
+        let weight = |links: &[u32]| self.weights[links[0] as usize..links[1] as usize].iter().sum::<f32>();
+        Diagonal { width: self.width, inverse: self.starts.windows(2).map(|links| 1.0 / (self.screen + weight(links))).collect() }
+    }
+}
+
+/// Jacobi's preconditioner: one over the diagonal.
+pub(super) struct Diagonal {
+    width: usize,
+    inverse: Vec<f32>,
+}
+
+impl Precondition for Diagonal {
+    fn precondition(&mut self, r: &Field, z: &mut Field) {
+        z.each_row(|Row { y, channel, values }| {
+            let inverse = &self.inverse[y * self.width..(y + 1) * self.width];
+            for (z, (r, inverse)) in values.iter_mut().zip(r.row(y, channel).iter().zip(inverse)) {
+                *z = r * inverse;
             }
-            for column in [ax, bx] {
-                (ay + 1..=by).for_each(|row| stencil.wy[row * self.width + column] += rows);
-            }
-        }
-        stencil
+        });
     }
 }
 

@@ -167,14 +167,9 @@ fn multigrid_converges_fast_where_weights_jump() {
             let mut hierarchy = multigrid::Hierarchy::new(w, h);
             hierarchy.adapt(&stencil);
             let mut x = field::Field::new(w, h);
-            let solved = solver::ConjugateGradients::new(w, h).solve(
-                &stencil,
-                multigrid.then_some((&stencil, &mut hierarchy)),
-                &b,
-                &mut x,
-                1e-5,
-                most,
-            );
+            let mut cycle = multigrid::Cycle { stencil: &stencil, hierarchy: &mut hierarchy };
+            let cycle: Option<&mut dyn solver::Precondition> = if multigrid { Some(&mut cycle) } else { None };
+            let solved = solver::ConjugateGradients::new(w, h).solve(&stencil, cycle, &b, &mut x, 1e-5, most);
             (x, solved)
         };
         let (x, solved) = solve(true, 200);
