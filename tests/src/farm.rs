@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use gradfarm_core::film::{Film, Image};
 use gradfarm_core::output::exr;
-use gradfarm_core::plan::{self, Plan, Request};
+use gradfarm_core::plan::{self, Plan, Request, Technique};
 use gradfarm_core::reconstruction::{Reconstructed, reconstruct};
 use gradfarm_core::scene::{NoAssets, Scene, SceneDescription};
 use serde_json::Value;
@@ -115,7 +115,8 @@ impl Coordinator {
         std::fs::write(&file, job.scene).unwrap();
         let (file, tile) = (file.to_str().unwrap(), job.tile.to_string());
         let rounds = job.rounds.to_string();
-        let arguments = ["submit", file, "--technique", "gpt", "--samples", &samples, "--size", &size, "--tile", &tile, "--seed", "11"];
+        let technique = job.technique.name();
+        let arguments = ["submit", file, "--technique", technique, "--samples", &samples, "--size", &size, "--tile", &tile, "--seed", "11"];
         let arguments = [&arguments[..], &["--rounds", &rounds]].concat();
         self.ask(&arguments).unwrap().trim().to_owned()
     }
@@ -164,6 +165,8 @@ pub struct Job {
     pub tile: u32,
     /// Rounds in which samples are placed.
     pub rounds: u32,
+    /// How its pixels are measured.
+    pub technique: Technique,
 }
 
 impl Job {
@@ -173,7 +176,7 @@ impl Job {
         REFERENCE.get_or_init(|| {
             let description = SceneDescription::from_json(self.scene, "scene").unwrap();
             let extent = gradfarm_core::lattice::Extent { width: self.width, height: self.height };
-            let technique = Some(plan::Technique::Gpt);
+            let technique = Some(self.technique);
             let (samples, rounds) = (Some(self.samples), Some(self.rounds));
             let request = Request { technique, samples, extent: Some(extent), seed: 11, rounds, ..Request::default() };
             let plan: Plan = plan::resolve(&description, &request).unwrap();
@@ -196,15 +199,15 @@ impl Reference {
     #[track_caller]
     pub fn assert_same_bits(&self, file: &[u8]) {
         let both = self.film.combined();
-        let gradients = both.gradients.as_ref().unwrap();
         let mut layers: Vec<(&str, &Image)> = vec![
             ("", &self.image.image),
             ("primal", &self.image.primal),
-            ("dx", &gradients.dx),
-            ("dy", &gradients.dy),
             ("variance", &both.primal_variance),
             ("albedo", &self.film.features.albedo),
         ];
+        if let Some(gradients) = &both.gradients {
+            layers.extend([("dx", &gradients.dx), ("dy", &gradients.dy)]);
+        }
         layers.extend(self.film.counts.as_ref().map(|counts| ("samples", counts)));
         for (name, expected) in layers {
             let found = exr::read_layer(file, name).unwrap();

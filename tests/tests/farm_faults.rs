@@ -4,9 +4,18 @@
 
 use std::time::Duration;
 
+use gradfarm_core::plan::Technique;
 use gradfarm_tests::farm::{Coordinator, Job};
 
-const JOB: Job = Job { scene: include_str!("../scenes/cornell-box.json"), width: 80, height: 60, samples: 128, tile: 16, rounds: 1 };
+const JOB: Job = Job {
+    scene: include_str!("../scenes/cornell-box.json"),
+    width: 80,
+    height: 60,
+    samples: 128,
+    tile: 16,
+    rounds: 1,
+    technique: Technique::Gpt,
+};
 /// 5 × 4 tiles, 8 sample ranges each.
 const UNITS: u64 = 160;
 

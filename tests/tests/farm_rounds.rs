@@ -2,9 +2,18 @@
 
 #![cfg(unix)]
 
+use gradfarm_core::plan::Technique;
 use gradfarm_tests::farm::{Coordinator, Job};
 
-const JOB: Job = Job { scene: include_str!("../scenes/cornell-box.json"), width: 80, height: 60, samples: 128, tile: 16, rounds: 3 };
+const JOB: Job = Job {
+    scene: include_str!("../scenes/cornell-box.json"),
+    width: 80,
+    height: 60,
+    samples: 128,
+    tile: 16,
+    rounds: 3,
+    technique: Technique::Gpt,
+};
 /// 5 × 4 tiles; rounds of 42, 42 and 44 samples, of which 42, 12 and 12 are even: 3 + 1 + 1 even passes, 2 + 2 guided ones.
 const UNITS: u64 = 20 * 9;
 

@@ -1,8 +1,17 @@
 //! The same job gives the same bits for any number of worker processes, any number of threads, any tile size: those of the core alone.
 
+use gradfarm_core::plan::Technique;
 use gradfarm_tests::farm::{Coordinator, Job};
 
-const JOB: Job = Job { scene: include_str!("../scenes/cornell-box.json"), width: 100, height: 70, samples: 48, tile: 64, rounds: 1 };
+const JOB: Job = Job {
+    scene: include_str!("../scenes/cornell-box.json"),
+    width: 100,
+    height: 70,
+    samples: 48,
+    tile: 64,
+    rounds: 1,
+    technique: Technique::Gpt,
+};
 
 #[test]
 fn workers_threads_and_tiles_leave_no_trace() {

@@ -11,6 +11,9 @@ const DEFAULT_SAMPLES: u32 = 64;
 const MOST_SAMPLES: u32 = 1_000_000;
 /// Weight of the primal in the reconstruction where nothing else was asked (Kettunen et al. 2015).
 const DEFAULT_ALPHA: f32 = 0.2;
+/// The same where differences are measured along links: without those across edges they are less noisy, and yet the primal may count for
+/// more, because the pixels that links leave to themselves have nothing else.
+const DEFAULT_LINK_ALPHA: f32 = 0.3;
 /// Least probability of a shift where nothing else was asked: no roulette.
 const DEFAULT_SURVIVAL: f32 = 1.0;
 /// Edge of the groups that reuse one another's paths where nothing else was asked [pixels].
@@ -86,7 +89,7 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
         reasons.push(format!("differences to the {links} most similar pixels nearby, where the choice is mutual"));
     }
     let rounds = rounds(request, technique, samples, &mut reasons)?;
-    let alpha = request.alpha.unwrap_or(DEFAULT_ALPHA);
+    let alpha = request.alpha.unwrap_or(if technique == Technique::Graph { DEFAULT_LINK_ALPHA } else { DEFAULT_ALPHA });
     if !(alpha.is_finite() && alpha > 0.0) {
         return Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() });
     }
@@ -268,6 +271,7 @@ fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<Str
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::PlaneKind;
 
     fn scene(shapes: &str, rest: &str) -> SceneDescription {
         let text = format!(
@@ -334,6 +338,23 @@ mod tests {
         }
         let none = Request { technique: Some(Technique::Gpt), reconstruction: Some(ReconstructionKind::None), ..Request::default() };
         assert_eq!(resolve(&lit(), &none).unwrap().reconstruction, ReconstructionKind::None);
+    }
+
+    #[test]
+    fn links_have_a_reconstruction_of_their_own() {
+        let ask =
+            |technique, reconstruction| resolve(&lit(), &Request { technique: Some(technique), reconstruction, ..Request::default() });
+        let plan = ask(Technique::Graph, None).unwrap();
+        assert_eq!((plan.reconstruction, plan.links, plan.alpha), (ReconstructionKind::Graph, 4, 0.3));
+        assert_eq!(plan.layout().len(), PlaneKind::layout(false).len() + 4 + 2 * 2 * 4);
+        let refused = |technique, reconstruction| ask(technique, Some(reconstruction)).unwrap_err().to_string();
+        let l2 = refused(Technique::Graph, ReconstructionKind::L2);
+        assert!(l2.contains("technique graph does not measure: try technique gpt, or reconstruction graph or none"), "{l2}");
+        for technique in [Technique::Pt, Technique::Gpt, Technique::Reuse] {
+            let graph = refused(technique, ReconstructionKind::Graph);
+            assert!(graph.contains("needs differences along links") && graph.contains("try technique graph"), "{graph}");
+        }
+        assert!(ask(Technique::Graph, Some(ReconstructionKind::None)).is_ok());
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::scene::Scene;
 mod tests;
 
 /// How far linked pixels lie apart at most, in columns and in rows.
-const REACH: u32 = 3;
+const REACH: u32 = 2;
 /// Weight of normals that differ, by 1 − cosine.
 const NORMAL: f32 = 50.0;
 /// Weight of the distance from each other's tangent plane, over pixels of displacement, squared.
