@@ -1,16 +1,16 @@
-//! What reconstructions cost: L2 and L1 against fifty plain conjugate gradient iterations, the usual way to an approximate L2.
+//! What reconstructions cost: L2, L1 and least squares over links against fifty plain conjugate gradient iterations, the usual way to an approximate L2.
 //!
 //! `cargo bench -p gradfarm-core --bench reconstruct`. The films have one half only, so that each measures one solve.
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
-use gradfarm_core::film::{Features, Film, Gradients, HalfFilm, Image, Statistics};
+use gradfarm_core::film::{Features, Film, Gradients, Graph, HalfFilm, Image, Statistics};
 use gradfarm_core::lattice::Extent;
 use gradfarm_core::reconstruction::{ReconstructionKind, reconstruct};
 use std::hint::black_box;
 use std::time::Duration;
 
 const ALPHA: f32 = 0.2;
-const SIZES: [Extent; 2] = [Extent { width: 512, height: 512 }, Extent { width: 1920, height: 1080 }];
+const SIZES: [Extent; 3] = [Extent { width: 512, height: 512 }, Extent { width: 1280, height: 720 }, Extent { width: 1920, height: 1080 }];
 
 /// A number in [−½, ½), rarely a large one: what path tracing leaves.
 fn noise(k: usize, stream: u64) -> f32 {
@@ -45,8 +45,9 @@ fn film(extent: Extent) -> Film {
         }
     }
     let (rgb, grey) = (Image::new(extent, 3), Image::new(extent, 1));
+    let graph = Some(links(extent, &dx, &dy));
     let gradients = Gradients { dx, dy, dx_variance: grey.clone(), dy_variance: grey.clone() };
-    let half = HalfFilm { samples: 1, primal, primal_variance: rgb.clone(), direct: rgb.clone(), gradients: Some(gradients), graph: None };
+    let half = HalfFilm { samples: 1, primal, primal_variance: rgb.clone(), direct: rgb.clone(), gradients: Some(gradients), graph };
     let empty = HalfFilm {
         samples: 0,
         primal: rgb.clone(),
@@ -57,6 +58,23 @@ fn film(extent: Extent) -> Film {
     };
     let features = Features { albedo: rgb.clone(), normal: rgb, depth: grey };
     Film { extent, halves: [half, empty], counts: None, features, statistics: Statistics::default() }
+}
+
+/// The differences within a field of the chequered wall, as links to direct neighbours.
+fn links(extent: Extent, dx: &Image, dy: &Image) -> Graph {
+    let field = |x: u32, y: u32| (x * 5 / extent.width, y * 3 / extent.height);
+    let (mut links, mut differences) = (Vec::new(), Vec::new());
+    for y in 0..extent.height {
+        for x in 0..extent.width {
+            for (tx, ty, measured) in [(x + 1, y, dx), (x, y + 1, dy)] {
+                if tx < extent.width && ty < extent.height && field(x, y) == field(tx, ty) {
+                    links.push([extent.index(x, y) as u32, extent.index(tx, ty) as u32]);
+                    differences.push(std::array::from_fn(|c| measured.at(x, y, c)));
+                }
+            }
+        }
+    }
+    Graph { variances: vec![0.0; links.len()], links: links.into(), differences }
 }
 
 /// (α² + ∇ᵀ∇) x of one channel.
@@ -126,7 +144,7 @@ fn reconstructions(c: &mut Criterion) {
     for extent in SIZES {
         let film = film(extent);
         let size = format!("{}x{}", extent.width, extent.height);
-        for kind in [ReconstructionKind::L2, ReconstructionKind::L1] {
+        for kind in [ReconstructionKind::L2, ReconstructionKind::L1, ReconstructionKind::Graph] {
             group.bench_with_input(BenchmarkId::new(kind.name(), &size), &film, |b, film| {
                 b.iter(|| black_box(reconstruct(film, kind, ALPHA)))
             });

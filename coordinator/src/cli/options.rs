@@ -12,10 +12,12 @@ use crate::request;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Rendering")]
 pub(super) struct RenderOptions {
-    /// How light is followed: pt is path tracing, gpt the same with gradients, reuse shares paths in groups of pixels
+    /// How light is followed: pt is path tracing, gpt the same with gradients, reuse shares paths in groups of pixels, graph measures differences to
+    /// similar pixels nearby
     #[arg(long, default_value = request::AUTO, value_name = "NAME", value_parser = technique())]
     technique: Choice<Technique>,
-    /// How the image is made: none takes the primal as it is, l2 and l1 solve a screened Poisson problem (l2 is unbiased, l1 robust)
+    /// How the image is made: none takes the primal as it is, l2 and l1 solve a screened Poisson problem (l2 is unbiased, l1 robust), graph
+    /// does for technique graph what l2 does for gpt
     #[arg(long, default_value = request::AUTO, value_name = "NAME", value_parser = reconstruction())]
     reconstruction: Choice<ReconstructionKind>,
     /// Samples per pixel [default: 64]
@@ -27,7 +29,7 @@ pub(super) struct RenderOptions {
     /// Seed of all randomness: the same seed gives the same bits
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Weight of the primal against the gradients in the reconstruction, above 0 [default: 0.2]
+    /// Weight of the primal against the gradients in the reconstruction, above 0 [default: 0.2; 0.3 for technique graph]
     #[arg(long, value_name = "A", value_parser = alpha)]
     alpha: Option<f32>,
     /// Longest path in edges: 1 shows emitters only, 2 adds one bounce [default: the scene's]
@@ -42,7 +44,7 @@ pub(super) struct RenderOptions {
     /// Edge of the groups of pixels that reuse one another's paths, for technique reuse [default: 6]
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=i64::from(REUSE_EDGE)))]
     reuse_edge: Option<u32>,
-    /// Most links of a pixel to similar ones, for technique graph [default: 8]
+    /// Most links of a pixel to similar ones, for technique graph [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(LINKS)))]
     links: Option<u32>,
     /// Rounds in which samples are placed where the noise is; 1 places them evenly [default: 1]
