@@ -14,7 +14,7 @@ pub(super) struct Feature {
     pub(super) kind: u64,
     /// World position.
     pub(super) position: Vec3,
-    /// Unit shading normal on the side that was met; zero where the ray left the scene.
+    /// Unit shading normal on the side that was met; zero where the ray left the scene, so that such pixels are like no other.
     pub(super) normal: Vec3,
     /// Reflectance [1].
     pub(super) albedo: Spectrum,
