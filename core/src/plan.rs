@@ -15,6 +15,9 @@ use crate::effects::Effect;
 use crate::film::PlaneKind;
 use crate::lattice::{Extent, Half, Offset, SampleRange, Tile};
 
+/// A plan never asks for more links than films have room for.
+const _: () = assert!(crate::scene::limits::LINKS == PlaneKind::SLOTS as u32);
+
 /// The technique by the name that people use for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Technique {

@@ -26,10 +26,10 @@ const SEEDS: u64 = 20;
 /// A technique with a shift, or with none.
 type Method = (Technique, Option<ShiftKind>);
 
-/// Every technique that measures differences, with every shift that it takes.
+/// Every technique that measures differences to the next pixel, with every shift that it takes.
 fn methods(life: &StillLife) -> Vec<Method> {
     let all = Technique::ALL.into_iter().flat_map(|technique| ShiftKind::ALL.map(|shift| (technique, Some(shift))));
-    all.filter(|(technique, _)| technique.measures_gradients())
+    all.filter(|(technique, _)| technique.takes(ReconstructionKind::L2))
         .filter(|method| resolve(&life.description, &request(*method, LONGEST, 2, 0)).is_ok())
         .collect()
 }

@@ -1,7 +1,6 @@
 //! The named planes that a film is made of. A technique's plan lists the planes that it measures; nothing else is kept or sent.
 
 use crate::lattice::{Half, Offset};
-use crate::scene::limits;
 
 /// What a plane of a [`FilmBlock`](super::FilmBlock) holds. All values are *sums over samples* of per-sample estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -36,7 +35,7 @@ pub enum PlaneKind {
 
 impl PlaneKind {
     /// Slots for links that a pixel has at most.
-    pub const SLOTS: u8 = limits::LINKS as u8;
+    pub const SLOTS: u8 = 16;
 
     /// Values per pixel.
     pub fn channels(self) -> usize {
