@@ -37,7 +37,7 @@ const SCENE: &str = r#"{
   ]
 }"#;
 const EXTENT: Extent = Extent { width: 16, height: 2 };
-/// Correct code fails a comparison with this probability.
+/// Correct code fails a comparison with this probability; there are two, over all values and of their sum alone.
 const LEVEL: f64 = 1e-4;
 
 fn request(technique: Technique, samples: u32, rounds: u32, seed: u64) -> Request {
@@ -68,7 +68,19 @@ fn measured(seeds: std::ops::Range<u64>, film: impl Fn(u64) -> Film + Sync) -> V
     (0..runs[0].len()).map(|k| Estimate::of(&runs.iter().map(|run| run[k]).collect::<Vec<f64>>())).collect()
 }
 
-fn swapped([a, b]: [Noise; 2]) -> [Noise; 2] {
+/// Noise to the fourth power: samples then follow it greedily. What is unbiased is so for whatever the other half asks; what is not shows
+/// it sooner.
+fn greedy(noise: [Noise; 2]) -> [Noise; 2] {
+    noise.map(|mut noise| {
+        for image in [&mut noise.primal, &mut noise.gradients] {
+            image.data_mut().iter_mut().for_each(|v| *v = v.min(1e8).powi(4));
+        }
+        noise
+    })
+}
+
+fn selfish(noise: [Noise; 2]) -> [Noise; 2] {
+    let [a, b] = greedy(noise);
     [b, a]
 }
 
@@ -78,13 +90,15 @@ fn films_in_rounds_are_unbiased_and_self_steering_would_be_seen() {
     let in_rounds = |seed| plan(&description, &request(Technique::Gpt, 16, 2, seed));
     let even = measured(100_000..104_000, |seed| render(&scene, &plan(&description, &request(Technique::Gpt, 64, 1, seed))).unwrap());
     let compare = |found: Vec<Estimate>| {
-        let comparison = Comparison::of(even.iter().copied().zip(found));
-        eprintln!("{comparison:?}");
-        comparison.agrees(LEVEL)
+        let (all, sum) = (even.len(), even.len() - 1);
+        let [all, sum] =
+            [0..all, sum..all].map(|range| Comparison::of(even[range.clone()].iter().copied().zip(found[range].iter().copied())));
+        eprintln!("{all:?}\nthe sum alone: {sum:?}");
+        all.agrees(LEVEL) && sum.agrees(LEVEL)
     };
-    assert!(compare(measured(10_000..22_000, |seed| render(&scene, &in_rounds(seed)).unwrap())));
+    assert!(compare(measured(10_000..22_000, |seed| render_steered(&scene, &in_rounds(seed), 8, greedy).unwrap())));
     // Each half steered by itself: values that happen to be large get more samples, which make them small again.
-    assert!(!compare(measured(30_000..42_000, |seed| render_steered(&scene, &in_rounds(seed), 8, swapped).unwrap())));
+    assert!(!compare(measured(30_000..42_000, |seed| render_steered(&scene, &in_rounds(seed), 8, selfish).unwrap())));
 }
 
 #[test]
@@ -101,7 +115,7 @@ fn tiles_leave_no_trace_and_samples_go_where_noise_is() {
         let sum: f64 = counts.iter().map(|n| f64::from(*n)).sum();
         assert_eq!(sum, 65.0 * extent.pixels() as f64, "as many samples as planned");
         let (least, most) = counts.iter().fold((f32::MAX, 0.0f32), |(least, most), n| (least.min(*n), most.max(*n)));
-        assert!(least >= plan.even_before(4) as f32 && most > 1.5 * 65.0, "{least} to {most}");
+        assert!(least >= plan.even_before(4) as f32 && most > 1.25 * 65.0, "{least} to {most}");
     }
 }
 
