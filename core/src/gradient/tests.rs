@@ -34,6 +34,32 @@ fn gradients_estimate_the_difference_of_primals() {
     }
 }
 
+/// What paths of exactly two, three, … edges give: the same seed with one edge less gives all shorter ones, path by path.
+fn by_length(shorter: Option<Vec<f32>>, upto: &[f32]) -> Vec<f32> {
+    shorter.map_or_else(|| upto.to_vec(), |shorter| upto.iter().zip(shorter).map(|(all, less)| all - less).collect())
+}
+
+#[test]
+fn gradients_estimate_the_difference_of_primals_at_each_path_length() {
+    const LENGTHS: [u32; 4] = [2, 3, 4, 5];
+    for (name, scene) in scenes() {
+        let films = |technique, samples, first: u64| -> Vec<Vec<Film>> {
+            let depth = |depth| (0..RUNS).map(|s| render(&scene, &plan(technique, EDGE, samples, depth, first + s))).collect();
+            LENGTHS.into_iter().map(depth).collect()
+        };
+        let (measured, primals) = (films(Technique::Gpt, 64, 0), films(Technique::Pt, 192, 1000));
+        for (k, vertical) in (0..LENGTHS.len()).flat_map(|k| [(k, false), (k, true)]) {
+            let estimate = |films: &[Vec<Film>], of: &dyn Fn(&Film) -> Vec<f32>| {
+                let run = |s: usize| by_length(k.checked_sub(1).map(|shorter| of(&films[shorter][s])), &of(&films[k][s]));
+                Estimate::of(&(0..RUNS as usize).map(run).collect::<Vec<_>>())
+            };
+            let a = estimate(&measured, &|f| films::gradients(f, vertical));
+            let b = estimate(&primals, &|f| films::finite_differences(&f.combined().primal, vertical));
+            agree(&format!("{name}, {} edges, vertical {vertical}", LENGTHS[k]), &a, &b);
+        }
+    }
+}
+
 #[test]
 fn roulette_on_shifts_changes_no_mean() {
     let (name, scene) = scenes().into_iter().next().unwrap();

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 
 /// What becomes of an offset path at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Chance {
+pub(super) enum Course {
     /// It joins the base path at its next vertex.
     Join,
     /// It goes on beside the base path.
@@ -29,7 +29,7 @@ pub(super) trait Rule: Send + Sync {
     fn threshold(&self) -> f32;
 
     /// Whether the offset path joins at `target`, the base path's next vertex; `None` where the base path leaves the scene.
-    fn chance(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Chance;
+    fn course(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Course;
 
     /// Decides about delta lobes at offset vertex `k`, as the base path did there. `None` where it cannot; else what
     /// [`turn`](Self::turn) needs to know of the decision.
@@ -95,8 +95,8 @@ pub(super) fn shift_by(rule: &impl Rule, scene: &Scene, base: &Subpath, camera: 
         let (from, to) = (&base.vertices[k], base.vertices.get(k + 1));
         let offset = out.vertices[k];
         let failed = |why| OffsetEnd::Failed { at: k + 1, why };
-        match (rule.chance(from, &offset, to), to) {
-            (Chance::Join, Some(target)) => {
+        match (rule.course(from, &offset, to), to) {
+            (Course::Join, Some(target)) => {
                 out.rays += 1;
                 out.end = match reconnect(scene, from, &offset, target) {
                     Ok((wi, jacobian, passage)) => {
@@ -108,12 +108,12 @@ pub(super) fn shift_by(rule: &impl Rule, scene: &Scene, base: &Subpath, camera: 
                 return;
             }
             // Light at infinity: the joint reconnects, and nothing follows.
-            (Chance::Join, None) => return,
-            (Chance::Never, _) => {
+            (Course::Join, None) => return,
+            (Course::Never, _) => {
                 out.end = failed(ShiftFailure::Irreversible);
                 return;
             }
-            (Chance::Walk, _) => {}
+            (Course::Walk, _) => {}
         }
         let (wi, jacobian) = match rule.turn(scene, from, &offset, &Turn { step, k, decision, stream: &base.stream }) {
             Ok(turned) => turned,
@@ -129,13 +129,13 @@ pub(super) fn shift_by(rule: &impl Rule, scene: &Scene, base: &Subpath, camera: 
             return;
         };
         // The shift back stands before the same choice, with the offset's next vertex as its target.
-        let back = rule.chance(&offset, from, vertex.as_ref().map(|(vertex, _)| vertex));
+        let back = rule.course(&offset, from, vertex.as_ref().map(|(vertex, _)| vertex));
         match (vertex, to) {
             (None, Some(_)) | (Some(_), None) => {
                 out.end = failed(ShiftFailure::Escaped);
                 return;
             }
-            _ if back != Chance::Walk => {
+            _ if back != Course::Walk => {
                 out.end = failed(ShiftFailure::Irreversible);
                 return;
             }

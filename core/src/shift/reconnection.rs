@@ -1,6 +1,6 @@
 //! Reconnection: the offset path goes straight to a vertex of the base path.
 
-use super::chain::{Chance, Rule, Turn, shift_by};
+use super::chain::{Course, Rule, Turn, shift_by};
 use crate::math::{Ray, Vec3};
 use crate::path::{OffsetSubpath, Passage, ShiftFailure, ShiftMap, Subpath, Vertex, passage_between, turn};
 use crate::sampling::SampleStream;
@@ -28,9 +28,9 @@ impl Rule for ReconnectionShift {
     }
 
     #[inline]
-    fn chance(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Chance {
+    fn course(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Course {
         let joins = base.connectable && offset.connectable && target.is_none_or(|target| target.connectable);
-        if joins { Chance::Join } else { Chance::Never }
+        if joins { Course::Join } else { Course::Never }
     }
 
     #[inline]

@@ -7,7 +7,7 @@
 //!
 //! Legs are followed as in every shift: at the same distance inside media, behind as many surfaces with holes.
 
-use super::chain::{Chance, Rule, Turn, shift_by};
+use super::chain::{Course, Rule, Turn, shift_by};
 use crate::math::{Ray, Vec3};
 use crate::path::{OffsetSubpath, ShiftFailure, ShiftMap, Subpath, Vertex};
 use crate::sampling::{Dimension, SampleStream};
@@ -36,9 +36,9 @@ impl Rule for ReplayShift {
     }
 
     #[inline]
-    fn chance(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Chance {
+    fn course(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Course {
         // Points on lights are shared wherever both can connect, and so is light at infinity.
-        if target.is_none() && base.connectable && offset.connectable { Chance::Join } else { Chance::Walk }
+        if target.is_none() && base.connectable && offset.connectable { Course::Join } else { Course::Walk }
     }
 
     #[inline]

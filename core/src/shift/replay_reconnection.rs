@@ -4,7 +4,7 @@
 //! lobe's value with it. How far is told by the displacement of the two vertices that are joined to the same target. It is the
 //! footprint of the pixel carried to that place, so that the criterion needs no length of its own and no scale of the scene.
 
-use super::chain::{Chance, Rule, Turn, shift_by};
+use super::chain::{Course, Rule, Turn, shift_by};
 use super::replay::{decide, replay};
 use crate::math::{Ray, Vec3};
 use crate::path::{OffsetSubpath, ShiftFailure, ShiftMap, Subpath, Vertex};
@@ -37,11 +37,11 @@ impl Rule for ReplayReconnectionShift {
     }
 
     #[inline]
-    fn chance(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Chance {
+    fn course(&self, base: &Vertex, offset: &Vertex, target: Option<&Vertex>) -> Course {
         let joins = base.connectable
             && offset.connectable
             && target.is_none_or(|target| target.connectable && is_far(base, offset, target, self.stretch));
-        if joins { Chance::Join } else { Chance::Walk }
+        if joins { Course::Join } else { Course::Walk }
     }
 
     #[inline]

@@ -7,7 +7,7 @@ mod composition;
 mod inverse;
 mod jacobian;
 
-use super::{Chance, HybridShift};
+use super::{ShiftKind, build};
 use crate::integrator::PathIntegrator;
 use crate::lattice::{Extent, Offset};
 use crate::math::Ray;
@@ -22,7 +22,8 @@ const THRESHOLDS: [f32; 2] = [0.001, 0.3];
 /// A base path and its shift to a neighbour.
 struct Case<'a> {
     scene: &'a Scene,
-    shift: HybridShift,
+    shift: &'a dyn ShiftMap,
+    threshold: f32,
     base: &'a Subpath,
     offset: &'a OffsetSubpath,
     /// The camera ray of the base path.
@@ -34,12 +35,12 @@ struct Case<'a> {
 }
 
 /// Visits shifts of `samples` base paths a pixel, to each neighbour, for every scene and threshold. Coarse films have far neighbours, fine ones near.
-fn each_shift(edge: u32, samples: u32, mut visit: impl FnMut(&Case)) {
+fn each_shift(kinds: &[ShiftKind], edge: u32, samples: u32, mut visit: impl FnMut(&Case)) {
     for (name, scene) in &scenes() {
-        for threshold in THRESHOLDS {
+        for (kind, threshold) in kinds.iter().flat_map(|kind| THRESHOLDS.map(|threshold| (*kind, threshold))) {
             let view = scene.sensor.view(Extent { width: edge, height: edge });
             let integrator = PathIntegrator { max_depth: 7, roulette_depth: 4, shift_threshold: threshold };
-            let shift = HybridShift { threshold, chance: Chance::Common };
+            let shift = build(kind, threshold);
             let (mut base, mut offset) = (Subpath::default(), OffsetSubpath::default());
             for pixel in 0..edge * edge {
                 let (x, y) = (pixel % edge, pixel / edge);
@@ -57,8 +58,9 @@ fn each_shift(edge: u32, samples: u32, mut visit: impl FnMut(&Case)) {
                         let (dx, dy) = neighbour.displacement();
                         let there = view.ray([film[0] + dx as f32, film[1] + dy as f32], lens);
                         shift.shift(scene, &base, &there, &mut offset);
-                        let place = format!("{name}, threshold {threshold}, pixel ({x}, {y}), sample {index}, to ({dx}, {dy})");
-                        visit(&Case { scene, shift, base: &base, offset: &offset, here, there, place });
+                        let place =
+                            format!("{name}, {}, threshold {threshold}, pixel ({x}, {y}), sample {index}, to ({dx}, {dy})", kind.name());
+                        visit(&Case { scene, shift: shift.as_ref(), threshold, base: &base, offset: &offset, here, there, place });
                     }
                 }
             }
@@ -74,7 +76,7 @@ fn image(scene: &Scene, base: &Subpath, offset: &OffsetSubpath) -> Option<Subpat
         OffsetEnd::Followed { .. } => offset.vertices.len(),
     };
     let camera = Leg { passage: offset.camera, ..base.camera };
-    let mut image = Subpath { camera, vertices: offset.vertices.clone(), ..Subpath::default() };
+    let mut image = Subpath { camera, vertices: offset.vertices.clone(), stream: base.stream, ..Subpath::default() };
     image.vertices.extend(base.vertices.iter().skip(own));
     for (k, step) in base.steps.iter().enumerate() {
         let vertex = &image.vertices[k];

@@ -88,7 +88,7 @@ fn differences_change_sign_with_the_direction() {
     let mut back = OffsetSubpath::default();
     let (mut shifts, mut told, mut apart) = (0usize, 0usize, 0usize);
     let mut worst = 0.0f64;
-    each_shift(24, 32, |case| {
+    each_shift(&ShiftKind::ALL, 24, 16, |case| {
         let Some(mut image) = image(case.scene, case.base, case.offset) else { return };
         // A path of density zero is never a base path; then it must be worth nothing, or its light would be lost.
         if let Some(step) = image.steps.iter().find(|s| s.evaluation.density * s.leg.passage.density <= 0.0) {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// Walks the first `steps` again, with these directions where the base path was free. `None` where the walk meets other materials.
 fn walk(case: &Case, steps: &[Step], free: &[DVec3]) -> Option<Subpath> {
-    let threshold = case.shift.threshold;
+    let threshold = case.threshold;
     let mut out = Subpath { camera: case.base.camera, ..Subpath::default() };
     let mut ray = case.here;
     let mut free = free.iter();
@@ -97,7 +97,8 @@ fn numeric(case: &Case, steps: &[Step], h: f64) -> Option<f64> {
 fn chains_have_their_determinant() {
     let mut compared: BTreeMap<(usize, usize), usize> = BTreeMap::new();
     let (mut tried, mut unclear) = (0, 0);
-    each_shift(16, 3, |case| {
+    // Replay has its determinant in the space of random numbers.
+    each_shift(&[ShiftKind::Hybrid, ShiftKind::Reconnection], 16, 3, |case| {
         let steps = &case.base.steps[..case.offset.steps.len()];
         let free = steps.iter().filter(|s| !s.delta).count();
         if image(case.scene, case.base, case.offset).is_none() || free == 0 {
