@@ -316,7 +316,7 @@ pub(super) fn variance_of_mean(squared_mean: f64, mean_square: f64, n: f32) -> f
     if n < 2.0 {
         return 0.0;
     }
-    ((mean_square - squared_mean).max(0.0) / (f64::from(n) - 1.0)) as f32
+    ((mean_square - squared_mean).max(0.0) / (f64::from(n) - 1.0)).min(f64::from(f32::MAX)) as f32
 }
 
 #[cfg(test)]

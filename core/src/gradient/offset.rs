@@ -107,7 +107,10 @@ impl Shared {
     #[inline]
     pub(super) fn joint(&self, scene: &Scene, joint: &Joint) -> There {
         let evaluation = self.seen.evaluate(scene, joint.wi);
-        There::of(&Joint { evaluation, light_density: joint.light_density * self.decided, ..*joint }, 1.0)
+        // The base path need not have looked where it scatters nothing; the offset path may come from the other side of a thin wall.
+        let unseen = joint.evaluation.is_none() && !evaluation.is_none();
+        let passage = if unseen { passage_to_light(scene, &self.seen, &joint.point) } else { joint.passage };
+        There::of(&Joint { evaluation, light_density: joint.light_density * self.decided, passage, ..*joint }, 1.0)
     }
 
     /// The step that leads on.

@@ -115,14 +115,17 @@ impl HalfSums {
     #[inline]
     pub(super) fn add_primal(&mut self, primal: Spectrum) {
         add(&mut self.primal, primal);
-        add(&mut self.primal_squared, primal * primal);
+        // In f64: the square of a radiance may lie beyond f32.
+        for (sum, v) in self.primal_squared.iter_mut().zip(primal.to_rgb()) {
+            *sum += f64::from(v) * f64::from(v);
+        }
     }
 
     /// Adds a sample's estimate of the difference across a step.
     #[inline]
     pub(super) fn add_gradient(&mut self, step: Offset, difference: Spectrum) {
         add(&mut self.gradient[step.index()], difference);
-        self.gradient_squared[step.index()][0] += f64::from(difference.square_sum());
+        self.gradient_squared[step.index()][0] += difference.to_rgb().into_iter().map(|v| f64::from(v) * f64::from(v)).sum::<f64>();
     }
 }
 
@@ -144,7 +147,8 @@ impl Planes {
         for (kind, values) in &mut self.planes {
             let (sum, channels) = sums.of(*kind);
             for channel in 0..channels {
-                values[channel * pixels + index] = sum[channel] as f32;
+                // A sum beyond f32 (of squares, before all) becomes the largest number there is: a block holds none that is not finite.
+                values[channel * pixels + index] = sum[channel].clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
             }
         }
     }

@@ -30,7 +30,10 @@ fn carry_joints(case: &Case, base: &mut Subpath, image: &mut Subpath) {
                 } else {
                     (joint.evaluation, 1.0)
                 };
-                image.joints.push(Joint { evaluation, light_density: joint.light_density * decided, ..*joint });
+                // Where the base path scatters nothing it did not look; the image may come from the other side.
+                let unseen = joint.evaluation.is_none() && !evaluation.is_none();
+                let passage = if unseen { passage_to_light(scene, &image.vertices[k], &joint.point) } else { joint.passage };
+                image.joints.push(Joint { evaluation, light_density: joint.light_density * decided, passage, ..*joint });
             }
             continue;
         }

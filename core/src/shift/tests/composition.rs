@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::gradient::Sharing;
+use crate::shift::{Chance, HybridShift};
 use crate::spectrum::Spectrum;
 
 /// Edge of the set of pixels.

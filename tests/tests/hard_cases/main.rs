@@ -1,0 +1,14 @@
+//! Hazards: scenes and calls that break renderers, each with an invariant stronger than the absence of NaN.
+//!
+//! Every film of the suite besides: no value was ever not finite, and L2 keeps the sum of the primal (`harness::sound`). Every scene is
+//! rendered by every technique. `surfaces`: what light meets. `shapes`: where it meets it. `lights`: where it comes from. `media`: what
+//! lies between. `films`: what is measured. The name of a test is the name of the hazard; its first lines say what must hold.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod films;
+mod harness;
+mod lights;
+mod media;
+mod shapes;
+mod surfaces;
