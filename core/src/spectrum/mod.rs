@@ -55,6 +55,12 @@ impl Spectrum {
         self.0.is_finite()
     }
 
+    /// Sum of squares of the lanes.
+    #[inline]
+    pub fn square_sum(self) -> f32 {
+        self.0.dot(self.0)
+    }
+
     /// Each lane held between two numbers.
     #[inline]
     pub fn clamp(self, least: f32, most: f32) -> Self {

@@ -9,7 +9,7 @@ fn floor(shapes: &str, rest: &str) -> String {
         &looks([0.0, 2.0, 5.0], [0.0, 0.0, 0.0], 30.0),
         r#""floor": { "diffuse": { "reflectance": [0.8, 0.5, 0.3] } }, "lamp": { "diffuse": { "reflectance": 0 } }"#,
         &format!(
-            r#"{{ "geometry": "rectangle", "to_world": [{{ "rotate": {{ "axis": [1, 0, 0], "degrees": -90 }} }}, {{ "scale": [9, 1, 9] }}], "material": "floor" }}{then}"#
+            r#"{{ "geometry": "rectangle", "to_world": [{{ "rotate": {{ "axis": [1, 0, 0], "degrees": -90 }} }}, {{ "scale": [90, 1, 90] }}], "material": "floor" }}{then}"#
         ),
         rest,
     )

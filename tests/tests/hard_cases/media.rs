@@ -6,7 +6,7 @@ use super::surfaces::corner;
 /// A corner with a ball that is a boundary and nothing else, around this medium.
 fn cloud(extinction: &str, albedo: &str) -> String {
     let ball = r#"{ "geometry": { "sphere": { "center": [0.2, 0.7, 0.5], "radius": 0.6 } }, "material": "air", "interior": "cloud" }"#;
-    let text = corner(r#""air": { "null": {} }"#, ball);
+    let text = corner(r#""air": "null""#, ball);
     let media = format!(r#", "media": {{ "cloud": {{ "homogeneous": {{ "extinction": {extinction}, "albedo": {albedo} }} }} }} }}"#);
     text.strip_suffix('}').map(|open| format!("{}{media}", open.trim_end())).unwrap_or(text)
 }
@@ -36,7 +36,7 @@ fn white_cloud_under_a_white_sky() {
     for extinction in [0.01, 1.0, 5.0] {
         let text = scene(
             &looks([0.0, 0.0, -5.0], [0.0, 0.0, 0.0], 10.0),
-            r#""air": { "null": {} }"#,
+            r#""air": "null""#,
             r#"{ "geometry": { "sphere": { "radius": 1 } }, "material": "air", "interior": "cloud" }"#,
             &format!(
                 r#", "media": {{ "cloud": {{ "homogeneous": {{ "extinction": {extinction}, "albedo": 1 }} }} }}, "environment": {{ "radiance": 1 }}, "integrator": {{ "roulette_depth": 400 }}"#
@@ -51,7 +51,7 @@ fn white_cloud_under_a_white_sky() {
 fn camera_inside_a_medium() {
     let text = scene(
         &looks([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 40.0),
-        r#""air": { "null": {} }"#,
+        r#""air": "null""#,
         r#"{ "geometry": { "sphere": { "radius": 1 } }, "material": "air", "interior": "cloud" }"#,
         r#", "media": { "cloud": { "homogeneous": { "extinction": 4, "albedo": 1 } } }, "medium": "cloud", "environment": { "radiance": 1 }, "integrator": { "roulette_depth": 400 }"#,
     );

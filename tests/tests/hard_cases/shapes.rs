@@ -127,12 +127,7 @@ fn pixels_on_both_sides_of_a_thin_panel() {
 fn extreme_fields_of_view() {
     let ball = r#"{ "geometry": { "sphere": { "radius": 50 } }, "material": "ball", "flip_normals": true }"#;
     for fov in [179.0, 1e-6] {
-        let text = scene(
-            &looks([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], fov),
-            r#""ball": { "null": {} }"#,
-            ball,
-            r#", "environment": { "radiance": 1 }"#,
-        );
+        let text = scene(&looks([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], fov), r#""ball": "null""#, ball, r#", "environment": { "radiance": 1 }"#);
         shows(&format!("field of view of {fov}°"), &text, 1.0, 1e-5, EFFORT);
     }
 }
