@@ -47,7 +47,7 @@ impl LinkSums {
     /// Adds a sample's difference.
     pub(super) fn add_gradient(&mut self, half: Half, difference: Spectrum) {
         add(&mut self.gradient[half.index()], difference);
-        self.gradient_squared[half.index()][0] += f64::from(difference.square_sum());
+        self.gradient_squared[half.index()][0] += square_sum(difference);
     }
 
     /// The sums behind a plane of links.
@@ -58,6 +58,11 @@ impl LinkSums {
             _ => &self.displacement,
         }
     }
+}
+
+/// Sum of the squares of the channels, in f64: the square of a radiance may lie beyond f32.
+fn square_sum(value: Spectrum) -> f64 {
+    value.to_rgb().into_iter().map(|v| f64::from(v) * f64::from(v)).sum()
 }
 
 /// What an empty slot sums up to.
@@ -125,7 +130,7 @@ impl HalfSums {
     #[inline]
     pub(super) fn add_gradient(&mut self, step: Offset, difference: Spectrum) {
         add(&mut self.gradient[step.index()], difference);
-        self.gradient_squared[step.index()][0] += difference.to_rgb().into_iter().map(|v| f64::from(v) * f64::from(v)).sum::<f64>();
+        self.gradient_squared[step.index()][0] += square_sum(difference);
     }
 }
 

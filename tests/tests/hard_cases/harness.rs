@@ -2,7 +2,7 @@
 
 use gradfarm_core::film::{Film, Image};
 use gradfarm_core::lattice::Extent;
-use gradfarm_core::plan::{ReconstructionKind, Request, Technique};
+use gradfarm_core::plan::{ReconstructionKind, Request, ShiftKind, Technique};
 use gradfarm_core::reconstruction::reconstruct;
 use gradfarm_core::scene::{Scene, SceneDescription};
 use gradfarm_tests::frame::render;
@@ -19,9 +19,11 @@ pub(crate) struct Effort {
     pub(crate) samples: u32,
     pub(crate) seeds: u64,
     pub(crate) depth: u32,
+    /// The shift of techniques that shift, or their own.
+    pub(crate) shift: Option<ShiftKind>,
 }
 
-pub(crate) const EFFORT: Effort = Effort { extent: Extent { width: 5, height: 4 }, samples: 64, seeds: 12, depth: 6 };
+pub(crate) const EFFORT: Effort = Effort { extent: Extent { width: 5, height: 4 }, samples: 64, seeds: 12, depth: 6, shift: None };
 
 /// A scene from its parts; all but the camera may be empty.
 pub(crate) fn scene(camera: &str, materials: &str, shapes: &str, rest: &str) -> String {
@@ -50,6 +52,7 @@ pub(crate) fn films(name: &str, text: &str, technique: Technique, effort: Effort
                 extent: Some(effort.extent),
                 max_depth: Some(effort.depth),
                 reuse_edge: Some(3),
+                shift: effort.shift.filter(|_| technique != Technique::Pt),
                 seed,
                 ..Request::default()
             };
@@ -60,23 +63,25 @@ pub(crate) fn films(name: &str, text: &str, technique: Technique, effort: Effort
         .collect()
 }
 
-/// What must hold for every film: nothing was ever not finite, and L2 keeps the sum of the primal to rounding.
+/// What must hold for every film: nothing was ever not finite, and least squares keep the sum of the primal to rounding.
 pub(crate) fn sound(name: &str, film: &Film) {
     assert_eq!(film.statistics.not_finite(), 0, "{name}: values that are not finite");
     let all = film.combined();
     for (plane, image) in [("primal", &all.primal), ("variance", &all.primal_variance), ("direct", &all.direct)] {
         assert!(image.data().iter().all(|v| v.is_finite()), "{name}: {plane}");
     }
-    if all.gradients.is_none() {
-        return;
-    }
-    let reconstructed = reconstruct(film, ReconstructionKind::L2, 0.2).unwrap();
+    let kind = match (&all.gradients, &all.graph) {
+        (Some(_), _) => ReconstructionKind::L2,
+        (_, Some(_)) => ReconstructionKind::Graph,
+        _ => return,
+    };
+    let reconstructed = reconstruct(film, kind, 0.2).unwrap();
     let sum = |image: &Image| image.data().iter().map(|v| f64::from(*v)).sum::<f64>();
     let size = |image: &Image| image.data().iter().map(|v| f64::from(v.abs())).sum::<f64>();
     let (kept, expected) = (sum(&reconstructed.image), sum(&reconstructed.primal));
     // Where neighbours cancel, rounding is relative to what cancelled.
     let allowed = 1e-5 * (size(&reconstructed.primal) + size(&reconstructed.image));
-    assert!((kept - expected).abs() <= allowed, "{name}: L2 sums to {kept}, the primal to {expected}");
+    assert!((kept - expected).abs() <= allowed, "{name}: {} sums to {kept}, the primal to {expected}", kind.name());
 }
 
 /// What the camera sees, without reconstruction.
@@ -162,9 +167,12 @@ pub(crate) fn gradients_hold(name: &str, text: &str, effort: Effort) {
             )
         })
         .collect();
-    for technique in Technique::ALL {
+    // A shift that was asked for goes with the techniques that take it.
+    let takes =
+        |technique| effort.shift.is_none_or(|shift| technique == Technique::Gpt || (technique == Technique::Reuse && shift.composes()));
+    for technique in Technique::ALL.into_iter().filter(|technique| technique.takes(ReconstructionKind::L2) && takes(*technique)) {
         let measured: Option<Vec<_>> = films(name, text, technique, effort, 0).iter().map(gradients).collect();
-        let Some(measured) = measured else { continue };
+        let measured = measured.unwrap();
         agree(&format!("gradients of {name}, {}", technique.name()), &measured, &estimates(&primals), whole(&primals));
     }
 }
