@@ -108,7 +108,7 @@ mod tests {
             assert_eq!(shift(item.name()), Ok(Some(item)));
         }
         assert_eq!(technique("auto"), Ok(None));
-        assert_eq!(technique("magic").unwrap_err(), "expected auto or one of pt, gpt");
+        assert_eq!(technique("magic").unwrap_err(), "expected auto or one of pt, gpt, reuse, graph");
     }
 
     #[test]
