@@ -24,16 +24,20 @@ const TOLERANCE: f64 = 1e-5;
 const MOST: u32 = 1000;
 
 impl Reconstruct for LeastSquares {
-    fn is_linear(&self) -> bool {
+    fn joins_halves(&self) -> bool {
         true
     }
 
-    fn solve(&self, measurements: &Measurements, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
-        let graph = measurements.graph.ok_or(ReconstructError::NoLinks { wanted: ReconstructionKind::Graph.name() })?;
+    fn is_unbiased(&self) -> bool {
+        true
+    }
+
+    fn solve(&self, own: &Measurements, _other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
+        let graph = own.graph.ok_or(ReconstructError::NoLinks { wanted: ReconstructionKind::Graph.name() })?;
         if let Some(index) = graph.differences.iter().flatten().position(|v| !v.is_finite()) {
             return Err(ReconstructError::NotFinite { plane: "differences along links", index });
         }
-        weighted(measurements, graph, &vec![1.0; graph.links.len()], alpha)
+        weighted(own, graph, &vec![1.0; graph.links.len()], alpha)
     }
 }
 

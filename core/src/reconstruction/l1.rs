@@ -41,12 +41,16 @@ const FIRST_EPSILON: f64 = 0.05;
 const LAST_EPSILON: f64 = 1e-6;
 
 impl Reconstruct for L1 {
-    fn is_linear(&self) -> bool {
+    fn joins_halves(&self) -> bool {
         false
     }
 
-    fn solve(&self, measurements: &Measurements, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
-        minimise(measurements, alpha, &EFFORT, |_| {})
+    fn is_unbiased(&self) -> bool {
+        false
+    }
+
+    fn solve(&self, own: &Measurements, _other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
+        minimise(own, alpha, &EFFORT, |_| {})
     }
 }
 
@@ -57,7 +61,7 @@ pub(super) fn minimise(
     effort: &Effort,
     mut watch: impl FnMut(f64),
 ) -> Result<(Image, SolveReport), ReconstructError> {
-    let (mut image, _) = L2.solve(m, alpha)?;
+    let (mut image, _) = L2.solve(m, None, alpha)?;
     let mut report = SolveReport::default();
     let scale = mean_magnitude(m.primal);
     if scale == 0.0 {

@@ -12,15 +12,19 @@ use rayon::prelude::*;
 pub(super) struct L2;
 
 impl Reconstruct for L2 {
-    fn is_linear(&self) -> bool {
+    fn joins_halves(&self) -> bool {
         true
     }
 
-    fn solve(&self, measurements: &Measurements, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
-        let extent = measurements.extent;
+    fn is_unbiased(&self) -> bool {
+        true
+    }
+
+    fn solve(&self, own: &Measurements, _other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
+        let extent = own.extent;
         let mut image = Image::new(extent, 3);
         for c in 0..3 {
-            for (v, x) in image.plane_mut(c).iter_mut().zip(solve_channel(measurements, c, alpha)) {
+            for (v, x) in image.plane_mut(c).iter_mut().zip(solve_channel(own, c, alpha)) {
                 *v = x as f32;
             }
         }

@@ -14,7 +14,7 @@ mod solver;
 mod sparse;
 mod stencil;
 
-use crate::film::{Film, Graph, HalfFilm, Image};
+use crate::film::{Features, Film, Graph, HalfFilm, Image};
 use crate::lattice::Extent;
 
 /// The reconstruction by name.
@@ -59,6 +59,28 @@ pub struct Measurements<'a> {
     pub dy: &'a Image,
     /// Differences along links, where there are any.
     pub graph: Option<&'a Graph>,
+    /// How noisy they are, where that is known.
+    pub variance: Option<Variance<'a>>,
+    /// Features of the first surface, where they are known; alike for both halves.
+    pub features: Option<&'a Features>,
+}
+
+/// Variances of measured means, estimated from their samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Variance<'a> {
+    /// Of the primal. RGB.
+    pub primal: &'a Image,
+    /// Of the differences along columns, summed over RGB. One channel.
+    pub dx: &'a Image,
+    /// Of the differences along rows, summed over RGB. One channel.
+    pub dy: &'a Image,
+}
+
+impl<'a> Measurements<'a> {
+    /// Measurements of which nothing else is known. All three images have the same size and three channels.
+    pub fn new(primal: &'a Image, dx: &'a Image, dy: &'a Image) -> Self {
+        Self { extent: primal.extent(), primal, dx, dy, graph: None, variance: None, features: None }
+    }
 }
 
 /// How a solve went.
@@ -111,14 +133,19 @@ pub enum ReconstructError {
 
 /// A way from measurements to an image. Object-safe; called once a frame.
 pub trait Reconstruct: Send + Sync {
-    /// Whether the image is a linear function of the measurements. Then the image of a mean is the mean of the images.
-    fn is_linear(&self) -> bool;
+    /// Whether the frame's image is the mean of its halves' images: where the image is a linear function of the measurements, or each half
+    /// is weighted by what the other one tells. Where not, the frame is solved for from both halves together.
+    fn joins_halves(&self) -> bool;
 
-    /// Solves for the image. `alpha` is the weight of the primal against the gradients.
+    /// Whether the image's expected value is the primal's, where the measurements are unbiased.
+    fn is_unbiased(&self) -> bool;
+
+    /// Solves for the image of `own`. `alpha` is the weight of the primal against the gradients. `other` is the other half where `own` is one:
+    /// weights that follow from it are independent of what they weigh.
     ///
     /// # Errors
-    /// If it needs links and there are none, or an iterative solve diverges.
-    fn solve(&self, measurements: &Measurements, alpha: f32) -> Result<(Image, SolveReport), ReconstructError>;
+    /// If it needs links, variances or features and there are none, or an iterative solve diverges.
+    fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError>;
 }
 
 /// The registry: one line each.
@@ -159,21 +186,26 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
     let combined = film.combined();
     let method = method(kind);
     let [a, b] = &film.halves;
+    let nothing = Image::new(film.extent, 3);
+    let solve = |own: &HalfFilm, other: Option<&HalfFilm>| {
+        let other = other.map(|other| measurements(other, &film.features, &nothing, kind)).transpose()?;
+        let (image, report) = method.solve(&measurements(own, &film.features, &nothing, kind)?, other.as_ref(), alpha)?;
+        Ok::<_, ReconstructError>((zip(&image, &own.direct, |p, d| p + d), report))
+    };
     let halves = if a.samples > 0 && b.samples > 0 {
         // One after the other: each uses all threads by itself, and the memory of one solve is enough.
-        let (image_a, report_a) = solve_half(a, method, kind, alpha)?;
-        let (image_b, report_b) = solve_half(b, method, kind, alpha)?;
+        let (image_a, report_a) = solve(a, Some(b))?;
+        let (image_b, report_b) = solve(b, Some(a))?;
         Some(([image_a, image_b], merge(report_a, report_b)))
     } else {
         None
     };
     let (image, report) = match &halves {
-        // A linear method need not solve a third time.
-        Some(([image_a, image_b], report)) if method.is_linear() => {
+        Some(([image_a, image_b], report)) if method.joins_halves() => {
             let (na, nb) = (f64::from(a.samples), f64::from(b.samples));
             (zip(image_a, image_b, |p, q| ((na * f64::from(p) + nb * f64::from(q)) / (na + nb)) as f32), *report)
         }
-        _ => solve_half(&combined, method, kind, alpha)?,
+        _ => solve(&combined, None)?,
     };
     let halves = halves.map(|(images, _)| images);
     let error = halves.as_ref().map(|[x, y]| zip(x, y, |p, q| 0.25 * (p - q) * (p - q)));
@@ -182,28 +214,24 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
     Ok(Reconstructed { image, primal, halves, error, estimated_relmse, report })
 }
 
-/// Solves for one half (or both together) and adds what is directly visible.
-fn solve_half(
-    half: &HalfFilm,
-    method: &dyn Reconstruct,
+/// What a half (or both together) has for a reconstruction. `nothing` stands for gradients that are not needed.
+fn measurements<'a>(
+    half: &'a HalfFilm,
+    features: &'a Features,
+    nothing: &'a Image,
     kind: ReconstructionKind,
-    alpha: f32,
-) -> Result<(Image, SolveReport), ReconstructError> {
-    let extent = half.primal.extent();
-    let nothing = Image::new(extent, 3);
-    let (dx, dy) = match (&half.gradients, kind) {
-        (Some(g), _) => (&g.dx, &g.dy),
-        (Option::None, ReconstructionKind::None | ReconstructionKind::Graph) => (&nothing, &nothing),
-        (Option::None, _) => return Err(ReconstructError::NoGradients { wanted: kind.name() }),
+) -> Result<Measurements<'a>, ReconstructError> {
+    let (dx, dy, variance) = match &half.gradients {
+        Some(g) => (&g.dx, &g.dy, Some(Variance { primal: &half.primal_variance, dx: &g.dx_variance, dy: &g.dy_variance })),
+        None if matches!(kind, ReconstructionKind::None | ReconstructionKind::Graph) => (nothing, nothing, None),
+        None => return Err(ReconstructError::NoGradients { wanted: kind.name() }),
     };
     for (plane, image) in [("primal", &half.primal), ("dx", dx), ("dy", dy)] {
         if let Some(index) = image.data().iter().position(|v| !v.is_finite()) {
             return Err(ReconstructError::NotFinite { plane, index });
         }
     }
-    let graph = half.graph.as_ref();
-    let (image, report) = method.solve(&Measurements { extent, primal: &half.primal, dx, dy, graph }, alpha)?;
-    Ok((zip(&image, &half.direct, |p, d| p + d), report))
+    Ok(Measurements { graph: half.graph.as_ref(), variance, features: Some(features), ..Measurements::new(&half.primal, dx, dy) })
 }
 
 fn merge(a: SolveReport, b: SolveReport) -> SolveReport {

@@ -7,11 +7,15 @@ use crate::film::Image;
 pub(super) struct None;
 
 impl Reconstruct for None {
-    fn is_linear(&self) -> bool {
+    fn joins_halves(&self) -> bool {
         true
     }
 
-    fn solve(&self, measurements: &Measurements, _alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
-        Ok((measurements.primal.clone(), SolveReport::default()))
+    fn is_unbiased(&self) -> bool {
+        true
+    }
+
+    fn solve(&self, own: &Measurements, _other: Option<&Measurements>, _alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
+        Ok((own.primal.clone(), SolveReport::default()))
     }
 }

@@ -73,8 +73,8 @@ fn l2_solves_its_normal_equations() {
     for (w, h) in [(1, 1), (1, 9), (7, 1), (16, 12), (13, 17)] {
         let extent = Extent { width: w, height: h };
         let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
-        let (image, _) = l2::L2.solve(&m, 0.3).unwrap();
+        let m = Measurements::new(&p, &dx, &dy);
+        let (image, _) = l2::L2.solve(&m, None, 0.3).unwrap();
         let (gx, gy) = differences(&image);
         for c in 0..3 {
             for y in 0..h {
@@ -97,12 +97,12 @@ fn l2_keeps_the_mean_and_consistent_images() {
     let extent = Extent { width: 21, height: 14 };
     let image = picture(extent);
     let (dx, dy) = differences(&image);
-    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy, graph: None };
-    assert!(worst(&l2::L2.solve(&m, 0.2).unwrap().0, &image) < 1e-5);
+    let m = Measurements::new(&image, &dx, &dy);
+    assert!(worst(&l2::L2.solve(&m, None, 0.2).unwrap().0, &image) < 1e-5);
     let noisy = random(extent, 5, 1.0);
     let (gx, gy) = (random(extent, 6, 1.0), random(extent, 7, 1.0));
-    let m = Measurements { extent, primal: &noisy, dx: &gx, dy: &gy, graph: None };
-    let (solved, _) = l2::L2.solve(&m, 0.2).unwrap();
+    let m = Measurements::new(&noisy, &gx, &gy);
+    let (solved, _) = l2::L2.solve(&m, None, 0.2).unwrap();
     for c in 0..3 {
         let sum = |i: &Image| i.plane(c).iter().map(|v| f64::from(*v)).sum::<f64>();
         assert!((sum(&solved) - sum(&noisy)).abs() < 1e-4);
@@ -115,9 +115,9 @@ fn l1_ignores_an_outlier_that_l2_spreads() {
     let image = picture(extent);
     let (mut dx, dy) = differences(&image);
     dx.set(5, 12, 0, 40.0);
-    let m = Measurements { extent, primal: &image, dx: &dx, dy: &dy, graph: None };
-    let (l2, _) = l2::L2.solve(&m, 0.2).unwrap();
-    let (l1, report) = l1::L1.solve(&m, 0.2).unwrap();
+    let m = Measurements::new(&image, &dx, &dy);
+    let (l2, _) = l2::L2.solve(&m, None, 0.2).unwrap();
+    let (l1, report) = l1::L1.solve(&m, None, 0.2).unwrap();
     assert!(worst(&l2, &image) > 1.0);
     assert!(worst(&l1, &image) < 0.02, "{}", worst(&l1, &image));
     assert!(report.residual <= 1e-3);
@@ -128,8 +128,8 @@ fn l1_ignores_an_outlier_that_l2_spreads() {
 fn l1_is_near_its_minimum() {
     let extent = Extent { width: 12, height: 10 };
     let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
-    let (image, _) = l1::L1.solve(&m, 0.4).unwrap();
+    let m = Measurements::new(&p, &dx, &dy);
+    let (image, _) = l1::L1.solve(&m, None, 0.4).unwrap();
     let best = l1::objective(&m, &image, 0.4);
     // The objective is convex: no small step in any direction may lower it by more than rounding and the last ε allow.
     for seed in 0..50 {
@@ -197,7 +197,7 @@ fn l1_falls_with_each_reweighting_and_ends_near_the_long_way() {
     for (k, v) in dx.data_mut().iter_mut().chain(dy.data_mut()).enumerate() {
         *v += 0.05 * noise(k, 2) + if k % 61 == 0 { 3.0 * noise(k, 4) } else { 0.0 };
     }
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
+    let m = Measurements::new(&p, &dx, &dy);
     let mut course = Vec::new();
     let effort = l1::Effort { reweightings: 24, iterations: 2, settled: 0.0, multigrid: true };
     l1::minimise(&m, 0.2, &effort, |objective| course.push(objective)).unwrap();
@@ -205,10 +205,10 @@ fn l1_falls_with_each_reweighting_and_ends_near_the_long_way() {
     // The long way: plain conjugate gradients, every system to the end.
     let long = l1::Effort { reweightings: 24, iterations: 2000, settled: 0.0, multigrid: false };
     let (reference, _) = l1::minimise(&m, 0.2, &long, |_| {}).unwrap();
-    let (image, report) = l1::L1.solve(&m, 0.2).unwrap();
+    let (image, report) = l1::L1.solve(&m, None, 0.2).unwrap();
     assert!(report.iterations > 0 && report.residual.is_finite());
     let least = l1::objective(&m, &reference, 0.2);
-    let start = l1::objective(&m, &l2::L2.solve(&m, 0.2).unwrap().0, 0.2);
+    let start = l1::objective(&m, &l2::L2.solve(&m, None, 0.2).unwrap().0, 0.2);
     let reached = l1::objective(&m, &image, 0.2);
     assert!(reached - least < 0.1 * (start - least), "{start} → {reached}, least {least}");
 }
@@ -260,7 +260,7 @@ fn l2_agrees_with_dense_elimination() {
     for (w, h) in [(1, 1), (1, 7), (11, 1), (7, 5), (8, 8), (13, 11)] {
         let extent = Extent { width: w, height: h };
         let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-        let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
+        let m = Measurements::new(&p, &dx, &dy);
         for alpha in [0.05f32, 0.2, 3.0] {
             for c in 0..3 {
                 let solved = l2::solve_channel(&m, c, alpha);
@@ -275,8 +275,8 @@ fn l2_agrees_with_dense_elimination() {
 fn l2_tends_to_the_primal_as_alpha_grows() {
     let extent = Extent { width: 10, height: 6 };
     let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: None };
-    let distance = |alpha| worst(&l2::L2.solve(&m, alpha).unwrap().0, &p);
+    let m = Measurements::new(&p, &dx, &dy);
+    let distance = |alpha| worst(&l2::L2.solve(&m, None, alpha).unwrap().0, &p);
     let distances = [1.0, 10.0, 1000.0].map(distance);
     assert!(distances[0] > 0.2 && distances[1] < 0.1 && distances[2] < 1e-5, "{distances:?}");
 }
@@ -285,11 +285,11 @@ fn l2_tends_to_the_primal_as_alpha_grows() {
 fn threads_do_not_change_a_bit() {
     let extent = Extent { width: 61, height: 47 };
     let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { extent, primal: &p, dx: &dx, dy: &dy, graph: Some(&linked(extent, 4)) };
+    let m = Measurements { graph: Some(&linked(extent, 4)), ..Measurements::new(&p, &dx, &dy) };
     for kind in ReconstructionKind::ALL {
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| method(kind).solve(&m, 0.2).unwrap())
+            pool.install(|| method(kind).solve(&m, None, 0.2).unwrap())
         };
         assert_eq!(run(1), run(2));
         assert_eq!(run(1), run(5));
@@ -319,7 +319,11 @@ fn film(samples: [u32; 2], gradients: bool) -> Film {
 fn halves_give_the_error_and_linear_methods_their_mean() {
     let film = film([3, 2], true);
     let done = reconstruct(&film, ReconstructionKind::L2, 0.2).unwrap();
-    let (direct, _) = solve_half(&film.combined(), &l2::L2, ReconstructionKind::L2, 0.2).unwrap();
+    let both = film.combined();
+    let nothing = Image::new(film.extent, 3);
+    let m = measurements(&both, &film.features, &nothing, ReconstructionKind::L2).unwrap();
+    let (solved, _) = l2::L2.solve(&m, None, 0.2).unwrap();
+    let direct = zip(&solved, &both.direct, |p, d| p + d);
     assert!(worst(&done.image, &direct) < 1e-6);
     let [a, b] = done.halves.unwrap();
     let e = done.error.unwrap();

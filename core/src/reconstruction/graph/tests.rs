@@ -38,7 +38,7 @@ fn dense(primal: &Image, graph: &Graph, weights: &[f32], channel: usize, alpha: 
 }
 
 fn measurements<'m>(primal: &'m Image, graph: Option<&'m Graph>) -> Measurements<'m> {
-    Measurements { extent: primal.extent(), primal, dx: primal, dy: primal, graph }
+    Measurements { graph, ..Measurements::new(primal, primal, primal) }
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn every_set_of_linked_pixels_keeps_its_mean() {
     graph.differences.truncate(links.len());
     graph.links = links.into();
     let primal = random(extent, 4, 5.0);
-    let (image, _) = LeastSquares.solve(&measurements(&primal, Some(&graph)), 0.05).unwrap();
+    let (image, _) = LeastSquares.solve(&measurements(&primal, Some(&graph)), None, 0.05).unwrap();
     let roots = roots(extent.pixels(), graph.links.iter());
     let mut sets = roots.clone();
     sets.sort_unstable();
@@ -97,7 +97,7 @@ fn iterations_are_bounded_by_the_weight_of_the_primal() {
     let extent = Extent { width: 150, height: 110 };
     let (primal, graph) = (random(extent, 1, 2.0), linked(extent, 2));
     for (alpha, most) in [(0.5, 70), (0.2, 160)] {
-        let (_, report) = LeastSquares.solve(&measurements(&primal, Some(&graph)), alpha).unwrap();
+        let (_, report) = LeastSquares.solve(&measurements(&primal, Some(&graph)), None, alpha).unwrap();
         assert!(report.residual <= TOLERANCE && report.iterations <= most, "α {alpha}: {report:?}");
     }
 }
@@ -106,11 +106,11 @@ fn iterations_are_bounded_by_the_weight_of_the_primal() {
 fn what_cannot_be_solved_is_refused() {
     let extent = Extent { width: 4, height: 4 };
     let primal = random(extent, 1, 2.0);
-    let refused = |graph: Option<&Graph>| LeastSquares.solve(&measurements(&primal, graph), 0.2).unwrap_err().to_string();
+    let refused = |graph: Option<&Graph>| LeastSquares.solve(&measurements(&primal, graph), None, 0.2).unwrap_err().to_string();
     assert!(refused(None).contains("technique graph"));
     let mut graph = linked(extent, 2);
     graph.differences[2][1] = f32::NAN;
     assert!(refused(Some(&graph)).contains("not finite at index 7"));
     let none = Graph { links: Vec::new().into(), differences: Vec::new(), variances: Vec::new() };
-    assert_eq!(LeastSquares.solve(&measurements(&primal, Some(&none)), 0.2).unwrap().0, primal);
+    assert_eq!(LeastSquares.solve(&measurements(&primal, Some(&none)), None, 0.2).unwrap().0, primal);
 }
