@@ -1,9 +1,10 @@
-//! The statistics file of a frame: what was counted while it was traced, tile by tile.
+//! The statistics file of a frame: what was counted while it was traced and how far the image may be from the truth, tile by tile.
 
 use std::collections::BTreeMap;
 
 use gradfarm_core::film::Statistics;
 use gradfarm_core::lattice::Tile;
+use gradfarm_core::reconstruction::ErrorEstimate;
 use serde::Serialize;
 
 /// The file.
@@ -13,6 +14,9 @@ pub(super) struct FrameStatistics {
     frame: u32,
     /// Counters summed over the frame, by name.
     counters: BTreeMap<String, u64>,
+    /// Estimated relMSE of the finished image.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relmse: Option<f64>,
     /// The same for each tile, row by row.
     tiles: Vec<TileStatistics>,
 }
@@ -26,19 +30,24 @@ struct TileStatistics {
     /// Size [pixels].
     width: u32,
     height: u32,
+    /// Estimated relMSE of the finished image on this tile; a small one may be told below zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relmse: Option<f64>,
     /// Counters by name; those that are zero are left out.
     counters: BTreeMap<String, u64>,
 }
 
 impl FrameStatistics {
     /// What a frame and its tiles counted.
-    pub(super) fn of(frame: u32, all: &Statistics, tiles: &[(Tile, Statistics)]) -> Self {
+    pub(super) fn of(frame: u32, all: &Statistics, tiles: &[(Tile, Statistics)], error: Option<&ErrorEstimate>) -> Self {
         let tile = |(tile, statistics): &(Tile, Statistics)| {
             let mut counters = statistics.by_name();
             counters.retain(|_, count| *count > 0);
-            TileStatistics { x: tile.x, y: tile.y, width: tile.width, height: tile.height, counters }
+            let relmse = error.map(|error| error.of_tile(*tile));
+            TileStatistics { x: tile.x, y: tile.y, width: tile.width, height: tile.height, relmse, counters }
         };
-        Self { frame, counters: all.by_name(), tiles: tiles.iter().map(tile).collect() }
+        let relmse = error.map(|error| error.relmse);
+        Self { frame, counters: all.by_name(), relmse, tiles: tiles.iter().map(tile).collect() }
     }
 }
 
@@ -52,7 +61,7 @@ mod tests {
         let mut statistics = Statistics::default();
         statistics.add(Counter::ShiftOccluded, 7);
         let tile = Tile { x: 8, y: 0, width: 8, height: 4 };
-        let told = serde_json::to_value(FrameStatistics::of(3, &statistics, &[(tile, statistics)])).unwrap();
+        let told = serde_json::to_value(FrameStatistics::of(3, &statistics, &[(tile, statistics)], None)).unwrap();
         assert_eq!((told["frame"].as_u64(), told["counters"]["shift_occluded"].as_u64()), (Some(3), Some(7)));
         assert_eq!(told["counters"]["samples"].as_u64(), Some(0));
         assert_eq!(told["tiles"][0], serde_json::json!({"x": 8, "y": 0, "width": 8, "height": 4, "counters": {"shift_occluded": 7}}));

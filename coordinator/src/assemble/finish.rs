@@ -50,10 +50,16 @@ fn work(task: &Task, film: Film, tiles: &[(Tile, Statistics)]) -> Result<Written
     let reconstruct = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let (exr, png) = rayon::join(|| encode_exr(record, &film, &reconstructed), || png::encode(&reconstructed.image, 1.0));
-    let counted = FrameStatistics::of(record.first_frame + task.position, &film.statistics, tiles);
+    let counted = FrameStatistics::of(record.first_frame + task.position, &film.statistics, tiles, reconstructed.error.as_ref());
     let counted = serde_json::to_vec(&counted).map_err(AssembleError::Statistics)?;
     let files = vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into()), (FileKind::Statistics, counted.into())];
-    Ok(Written { files, reconstruct, write: start.elapsed().as_secs_f64(), estimated_relmse: reconstructed.estimated_relmse, film })
+    Ok(Written {
+        files,
+        reconstruct,
+        write: start.elapsed().as_secs_f64(),
+        estimated_relmse: reconstructed.error.map(|error| error.relmse),
+        film,
+    })
 }
 
 fn encode_exr(record: &JobRecord, film: &Film, reconstructed: &Reconstructed) -> Result<Vec<u8>, output::Error> {
@@ -63,7 +69,7 @@ fn encode_exr(record: &JobRecord, film: &Film, reconstructed: &Reconstructed) ->
         named.extend([("dx", &gradients.dx), ("dy", &gradients.dy)]);
     }
     named.push(("variance", &both.primal_variance));
-    named.extend(reconstructed.error.as_ref().map(|error| ("error", error)));
+    named.extend(reconstructed.error.as_ref().map(|error| ("error", &error.squared)));
     let features = &film.features;
     named.extend(film.counts.as_ref().map(|counts| ("samples", counts)));
     named.extend([("albedo", &features.albedo), ("normal", &features.normal), ("depth", &features.depth)]);

@@ -4,15 +4,19 @@
 //! run in a fixed order.
 
 mod dct;
+mod error;
 mod field;
 mod graph;
 mod l1;
 mod l2;
 mod multigrid;
 mod none;
+mod robust;
 mod solver;
 mod sparse;
 mod stencil;
+
+pub use error::ErrorEstimate;
 
 use crate::film::{Features, Film, Graph, HalfFilm, Image};
 use crate::lattice::Extent;
@@ -167,10 +171,8 @@ pub struct Reconstructed {
     pub primal: Image,
     /// The images of half A and of half B, where both have samples.
     pub halves: Option<[Image; 2]>,
-    /// Per value, the squared half difference of the halves' images, (R(A) − R(B))² / 4: an unbiased estimate of the image's variance. RGB.
-    pub error: Option<Image>,
-    /// The same relative, as relMSE: mean of error / (grey² + 10⁻³), grey of the image. `None` if a half has no samples.
-    pub estimated_relmse: Option<f64>,
+    /// How far the image is from the truth, where both halves have samples.
+    pub error: Option<ErrorEstimate>,
     /// How the solve went.
     pub report: SolveReport,
 }
@@ -208,10 +210,13 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
         _ => solve(&combined, None)?,
     };
     let halves = halves.map(|(images, _)| images);
-    let error = halves.as_ref().map(|[x, y]| zip(x, y, |p, q| 0.25 * (p - q) * (p - q)));
-    let estimated_relmse = error.as_ref().map(|e| relative(e, &image));
+    let unbiased = match &halves {
+        Some(_) if !method.is_unbiased() => Some([baseline(a, alpha)?, baseline(b, alpha)?]),
+        _ => None,
+    };
+    let error = halves.as_ref().map(|halves| ErrorEstimate::new(&image, halves, unbiased.as_ref(), [a.samples, b.samples]));
     let primal = zip(&combined.primal, &combined.direct, |p, d| p + d);
-    Ok(Reconstructed { image, primal, halves, error, estimated_relmse, report })
+    Ok(Reconstructed { image, primal, halves, error, report })
 }
 
 /// What a half (or both together) has for a reconstruction. `nothing` stands for gradients that are not needed.
@@ -234,6 +239,15 @@ fn measurements<'a>(
     Ok(Measurements { graph: half.graph.as_ref(), variance, features: Some(features), ..Measurements::new(&half.primal, dx, dy) })
 }
 
+/// The unbiased image of a half that tells the bias of others: least squares where there are gradients, else what was measured.
+fn baseline(half: &HalfFilm, alpha: f32) -> Result<Image, ReconstructError> {
+    let image = match &half.gradients {
+        Some(g) => l2::L2.solve(&Measurements::new(&half.primal, &g.dx, &g.dy), None, alpha)?.0,
+        None => half.primal.clone(),
+    };
+    Ok(zip(&image, &half.direct, |p, d| p + d))
+}
+
 fn merge(a: SolveReport, b: SolveReport) -> SolveReport {
     SolveReport { iterations: a.iterations + b.iterations, residual: a.residual.max(b.residual) }
 }
@@ -244,16 +258,6 @@ fn zip(a: &Image, b: &Image, f: impl Fn(f32, f32) -> f32) -> Image {
         *o = f(*o, *v);
     }
     out
-}
-
-fn relative(error: &Image, image: &Image) -> f64 {
-    let pixels = error.extent().pixels();
-    let mut sum = 0.0;
-    for i in 0..pixels {
-        let grey = (0..3).map(|c| f64::from(image.plane(c)[i])).sum::<f64>() / 3.0;
-        sum += (0..3).map(|c| f64::from(error.plane(c)[i])).sum::<f64>() / (grey * grey + 1e-3);
-    }
-    sum / (3 * pixels) as f64
 }
 
 #[cfg(test)]
