@@ -10,7 +10,8 @@
 //! is solved for from both halves together, its bias is taken to be that of the halves' images, which is an upper bound for every method
 //! whose bias falls with the noise. Where a method lets one half decide about the other, the halves' images are only nearly independent.
 
-use super::robust::median3;
+use super::robust::trimmed_mean;
+use super::zip;
 use crate::film::Image;
 use crate::lattice::{Extent, Tile};
 use crate::metrics::REL_MSE_FLOOR;
@@ -20,7 +21,7 @@ use crate::metrics::REL_MSE_FLOOR;
 pub struct ErrorEstimate {
     /// Squared error of each value. RGB; below zero where the estimate of a small bias is.
     pub squared: Image,
-    /// The same relative, as relMSE counts it: mean of RGB over grey² + 10⁻³. One channel.
+    /// The same relative, as relMSE counts it: mean of RGB over grey² + 10⁻³, grey from the pixels around, without outliers. One channel.
     pub relative: Image,
     /// Mean of `relative`: the estimated relMSE.
     pub relmse: f64,
@@ -43,7 +44,8 @@ impl ErrorEstimate {
         // Var of the weighted mean over E (a − b)², if noise falls with the number of samples.
         let share = na * nb / ((na + nb) * (na + nb));
         let (mut squared, mut relative) = (Image::new(extent, 3), Image::new(extent, 1));
-        let grey = median3(&grey(image));
+        // Dark pixels count most in a relative error, so their brightness must neither be biased nor noisy.
+        let grey = trimmed_mean(&unbiased.map_or_else(|| grey(image), |[u, v]| zip(&grey(u), &grey(v), |u, v| 0.5 * (u + v))));
         let mut bias_sum = 0.0;
         for i in 0..extent.pixels() {
             let brightness = f64::from(grey.data()[i]);
