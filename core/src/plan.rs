@@ -62,8 +62,8 @@ impl Technique {
     pub fn takes(self, reconstruction: ReconstructionKind) -> bool {
         match reconstruction {
             ReconstructionKind::None => true,
-            ReconstructionKind::L2 | ReconstructionKind::L1 => matches!(self, Technique::Gpt | Technique::Reuse),
             ReconstructionKind::Graph => self == Technique::Graph,
+            _ => matches!(self, Technique::Gpt | Technique::Reuse),
         }
     }
 

@@ -175,7 +175,7 @@ pub fn measure_changed(
     let mut started = Instant::now();
     let films = (0..effort.seeds).map(|seed| render(&scene, &plan(seed)?).map_err(|fault| fault.to_string()));
     let films = films.collect::<Result<Vec<_>, String>>()?;
-    let unbiased = |kind: &ReconstructionKind| *kind != ReconstructionKind::L1 && technique.takes(*kind);
+    let unbiased = |kind: &ReconstructionKind| kind.is_unbiased() && technique.takes(*kind);
     let kinds: Vec<_> = ReconstructionKind::ALL.into_iter().filter(unbiased).collect();
     let mut rows = Vec::new();
     for kind in &kinds {

@@ -67,6 +67,12 @@ impl Field {
         });
     }
 
+    /// Calls `f` for every row with its three channels one after the other, rows in parallel; `scratch` is what a thread writes on.
+    pub(super) fn each_line<S>(&mut self, scratch: impl Fn() -> S + Sync + Send, f: impl Fn(&mut S, usize, &mut [f32]) + Sync + Send) {
+        let length = (3 * self.width).max(1);
+        self.values.par_chunks_mut(length).enumerate().for_each_init(scratch, |scratch, (y, line)| f(scratch, y, line));
+    }
+
     /// Calls `f` for every row and channel and adds up what it returns, by channel.
     pub(super) fn sum_rows(&mut self, f: impl Fn(Row) -> f64 + Sync) -> [f64; 3] {
         let width = self.width;

@@ -3,6 +3,7 @@
 //! One trait, one file each. All are deterministic for any number of threads: parallel loops write disjoint parts, and sums
 //! run in a fixed order.
 
+mod control_variates;
 mod dct;
 mod error;
 mod field;
@@ -10,8 +11,12 @@ mod graph;
 mod l1;
 mod l2;
 mod multigrid;
+mod nfor;
 mod none;
+mod patches;
+mod regression;
 mod robust;
+mod smooth;
 mod solver;
 mod sparse;
 mod stencil;
@@ -32,12 +37,25 @@ pub enum ReconstructionKind {
     L1,
     /// Least squares over the links between similar pixels. Unbiased.
     Graph,
+    /// Image-space control variates, all alike. Unbiased.
+    Cv,
+    /// Image-space control variates, weighted by the other half's variances. Unbiased.
+    WeightedCv,
+    /// First-order regression on features, of the image that gradients were integrated to. Biased.
+    Nfor,
 }
 
 impl ReconstructionKind {
     /// Every reconstruction.
-    pub const ALL: [ReconstructionKind; 4] =
-        [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1, ReconstructionKind::Graph];
+    pub const ALL: [ReconstructionKind; 7] = [
+        ReconstructionKind::None,
+        ReconstructionKind::L2,
+        ReconstructionKind::L1,
+        ReconstructionKind::Graph,
+        ReconstructionKind::Cv,
+        ReconstructionKind::WeightedCv,
+        ReconstructionKind::Nfor,
+    ];
 
     /// Its name on the command line and on the wire.
     pub fn name(self) -> &'static str {
@@ -46,7 +64,15 @@ impl ReconstructionKind {
             ReconstructionKind::L2 => "l2",
             ReconstructionKind::L1 => "l1",
             ReconstructionKind::Graph => "graph",
+            ReconstructionKind::Cv => "cv",
+            ReconstructionKind::WeightedCv => "weighted-cv",
+            ReconstructionKind::Nfor => "nfor",
         }
+    }
+
+    /// Whether its image's expected value is the truth, where measurements are unbiased.
+    pub fn is_unbiased(self) -> bool {
+        method(self).is_unbiased()
     }
 }
 
@@ -111,6 +137,18 @@ pub enum ReconstructError {
         /// The reconstruction's name.
         wanted: &'static str,
     },
+    /// The measurements come without variances.
+    #[error("reconstruction `{wanted}` needs variances, and there are none: use `cv` or `l2`")]
+    NoVariances {
+        /// The reconstruction's name.
+        wanted: &'static str,
+    },
+    /// The measurements come without features.
+    #[error("reconstruction `{wanted}` needs features of what the pixels see, and there are none: use `l2` or `l1`")]
+    NoFeatures {
+        /// The reconstruction's name.
+        wanted: &'static str,
+    },
     /// The weight of the primal is not usable.
     #[error("alpha must be finite and greater than 0, found {found}")]
     Alpha {
@@ -150,6 +188,16 @@ pub trait Reconstruct: Send + Sync {
     /// # Errors
     /// If it needs links, variances or features and there are none, or an iterative solve diverges.
     fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError>;
+
+    /// Solves for the images of both halves, which some methods do in one go.
+    ///
+    /// # Errors
+    /// As [`Reconstruct::solve`].
+    fn solve_halves(&self, halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+        let [a, b] = halves;
+        // One after the other: each uses all threads by itself, and the memory of one solve is enough.
+        Ok([self.solve(a, Some(b), alpha)?, self.solve(b, Some(a), alpha)?])
+    }
 }
 
 /// The registry: one line each.
@@ -159,6 +207,9 @@ fn method(kind: ReconstructionKind) -> &'static dyn Reconstruct {
         ReconstructionKind::L2 => &l2::L2,
         ReconstructionKind::L1 => &l1::L1,
         ReconstructionKind::Graph => &graph::LeastSquares,
+        ReconstructionKind::Cv => &control_variates::Uniform,
+        ReconstructionKind::WeightedCv => &control_variates::Weighted,
+        ReconstructionKind::Nfor => &nfor::Nfor,
     }
 }
 
@@ -189,16 +240,11 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
     let method = method(kind);
     let [a, b] = &film.halves;
     let nothing = Image::new(film.extent, 3);
-    let solve = |own: &HalfFilm, other: Option<&HalfFilm>| {
-        let other = other.map(|other| measurements(other, &film.features, &nothing, kind)).transpose()?;
-        let (image, report) = method.solve(&measurements(own, &film.features, &nothing, kind)?, other.as_ref(), alpha)?;
-        Ok::<_, ReconstructError>((zip(&image, &own.direct, |p, d| p + d), report))
-    };
+    let both = |half| measurements(half, &film.features, &nothing, kind);
+    let lit = |image: &Image, half: &HalfFilm| zip(image, &half.direct, |p, d| p + d);
     let halves = if a.samples > 0 && b.samples > 0 {
-        // One after the other: each uses all threads by itself, and the memory of one solve is enough.
-        let (image_a, report_a) = solve(a, Some(b))?;
-        let (image_b, report_b) = solve(b, Some(a))?;
-        Some(([image_a, image_b], merge(report_a, report_b)))
+        let [(image_a, report_a), (image_b, report_b)] = method.solve_halves([&both(a)?, &both(b)?], alpha)?;
+        Some(([lit(&image_a, a), lit(&image_b, b)], merge(report_a, report_b)))
     } else {
         None
     };
@@ -207,7 +253,10 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
             let (na, nb) = (f64::from(a.samples), f64::from(b.samples));
             (zip(image_a, image_b, |p, q| ((na * f64::from(p) + nb * f64::from(q)) / (na + nb)) as f32), *report)
         }
-        _ => solve(&combined, None)?,
+        _ => {
+            let (image, report) = method.solve(&both(&combined)?, None, alpha)?;
+            (lit(&image, &combined), report)
+        }
     };
     let halves = halves.map(|(images, _)| images);
     let unbiased = match &halves {

@@ -1,5 +1,8 @@
 //! Solves against oracles: conjugate gradients to the limit, closed forms, and what robust means.
 
+mod convergence;
+mod odd;
+
 use super::*;
 use crate::film::{Features, Gradients, Statistics};
 use std::sync::Arc;
@@ -283,13 +286,11 @@ fn l2_tends_to_the_primal_as_alpha_grows() {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    let extent = Extent { width: 61, height: 47 };
-    let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
-    let m = Measurements { graph: Some(&linked(extent, 4)), ..Measurements::new(&p, &dx, &dy) };
+    let film = convergence::frame(&picture(Extent { width: 61, height: 47 }), 0);
     for kind in ReconstructionKind::ALL {
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| method(kind).solve(&m, None, 0.2).unwrap())
+            pool.install(|| reconstruct(&film, kind, 0.2).unwrap())
         };
         assert_eq!(run(1), run(2));
         assert_eq!(run(1), run(5));

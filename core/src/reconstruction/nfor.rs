@@ -1,0 +1,47 @@
+//! First-order regression of the image that gradients were integrated to, on features of what the pixels see.
+//!
+//! Gradients come in twice: what is fitted is not the primal but the least-squares image, and the windows are weighed by how alike its
+//! patches are. Most of the primal's noise is gone from it before anything is blurred, so a window tells shadows, which features do not
+//! know, from noise. Fitting the primal in the same windows gives twice the error.
+//!
+//! # Source
+//! Bitterli et al., "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo Renderings", CGF 35(4), 2016; gradients as a
+//! guide: Hua et al., "A Survey on Gradient-Domain Rendering", CGF 38(2), 2019.
+
+use super::l2::L2;
+use super::regression::{Fit, fit};
+use super::{Measurements, Reconstruct, ReconstructError, SolveReport};
+use crate::film::Image;
+
+/// The regression.
+pub(super) struct Nfor;
+
+const FIT: Fit = Fit { radius: 7, tolerance: 8.0, ridge: 1e-3 };
+
+impl Reconstruct for Nfor {
+    fn joins_halves(&self) -> bool {
+        true
+    }
+
+    fn is_unbiased(&self) -> bool {
+        false
+    }
+
+    fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
+        match other {
+            Some(other) => {
+                let [done, _] = self.solve_halves([own, other], alpha)?;
+                Ok(done)
+            }
+            // One half alone does not tell noise from picture.
+            None => L2.solve(own, None, alpha),
+        }
+    }
+
+    fn solve_halves(&self, halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+        let features = halves[0].features.ok_or(ReconstructError::NoFeatures { wanted: "nfor" })?;
+        let [(a, report_a), (b, report_b)] = L2.solve_halves(halves, alpha)?;
+        let [a, b] = fit([&a, &b], [&a, &b], features, &FIT);
+        Ok([(a, report_a), (b, report_b)])
+    }
+}
