@@ -46,8 +46,7 @@ fn table(file: &Path) -> Result<(), Fault> {
     let scaled = |side: u32| (u64::from(side) * u64::from(SIDE) / u64::from(longer)).max(1) as u32;
     let extent = Extent { width: scaled(width), height: scaled(height) };
     let film = |samples: u32, seed: u64| -> Result<_, Fault> {
-        let request =
-            Request { technique: Some(Technique::Gpt), extent: Some(extent), samples: Some(samples), seed, ..Request::default() };
+        let request = Request { technique: Some(Technique::Gpt), extent: Some(extent), samples: Some(samples), seed, ..Request::default() };
         Ok(render(&scene, &resolve(&loaded.description, &request)?)?)
     };
     let reference: Image = reconstruct(&film(REFERENCE, u64::MAX)?, ReconstructionKind::L2, 0.3)?.image;

@@ -96,7 +96,7 @@ impl Band {
                 for x in columns(self.width, tap[0]) {
                     let alike = 1.0 - self.total[0][x] / (tolerance * self.total[1][x] + LEAST);
                     // What is not a number becomes 0.
-                    let alike = alike.max(0.0).min(1.0);
+                    let alike = if alike > 0.0 { alike.min(1.0) } else { 0.0 };
                     weights[x] = alike * alike;
                 }
             }
