@@ -3,6 +3,7 @@
 //! The modules read top to bottom as the way of the light; each may use only those above it (see `ARCHITECTURE.md`).
 
 // storey 1: ground
+pub mod accuracy;
 pub mod lattice;
 pub mod math;
 pub mod sampling;

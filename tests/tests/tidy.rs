@@ -18,7 +18,7 @@ const CRATES: &[(&str, &[&str])] = &[
 
 /// Modules of the core, storey by storey from the ground. A module may use every storey below its own.
 const STOREYS: &[&[&str]] = &[
-    &["lattice", "math", "sampling", "spectrum"],
+    &["accuracy", "lattice", "math", "sampling", "spectrum"],
     &["geometry", "texture", "light", "material", "medium", "sensor"],
     &["scene", "effects"],
     &["path"],

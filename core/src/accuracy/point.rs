@@ -1,0 +1,60 @@
+//! One point of the curve, and the rule by which a frame stops.
+
+/// The error of a frame's image at so many samples, and what it took to get there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Samples per pixel, ≥ 1.
+    pub samples: u32,
+    /// Time spent tracing, summed over threads [s].
+    pub cpu_seconds: f64,
+    /// From the frame's first lease until this image was there [s].
+    pub wall_seconds: f64,
+    /// Part of `wall_seconds` in which results were added up, and the image was reconstructed and judged [s].
+    pub check_seconds: f64,
+    /// Estimated relMSE of the image [1].
+    pub relmse: f64,
+    /// Lower end of the estimate's 95 % confidence interval [1].
+    pub low: f64,
+    /// Upper end of it [1].
+    pub high: f64,
+}
+
+impl Point {
+    /// Whether all of its numbers can be reckoned with.
+    pub fn is_sound(&self) -> bool {
+        let seconds = [self.cpu_seconds, self.wall_seconds, self.check_seconds];
+        let errors = [self.relmse, self.low, self.high];
+        self.samples > 0 && seconds.into_iter().chain(errors).all(|value| value.is_finite() && value >= 0.0)
+    }
+}
+
+/// When a frame stops: as soon as one of these is met, and at the plan's samples in any case.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stop {
+    /// Estimated relMSE to reach, > 0.
+    pub error: Option<f64>,
+    /// Wall-clock time from the frame's first lease until its image is there, > 0 [s].
+    pub seconds: Option<f64>,
+    /// Whether the error is measured on the way even if nothing depends on it.
+    pub curve: bool,
+}
+
+impl Stop {
+    /// Upper end of the confidence interval at which a frame may stop, as a multiple of the target.
+    pub const SURE: f64 = 1.3;
+
+    /// Whether the error is measured while the frame is being rendered.
+    pub fn has_checks(&self) -> bool {
+        self.curve || self.ends_early()
+    }
+
+    /// Whether a frame may end before it has the plan's samples.
+    pub fn ends_early(&self) -> bool {
+        self.error.is_some() || self.seconds.is_some()
+    }
+
+    /// Whether a point is good enough: the estimate is at the target or below, and the interval not far above it.
+    pub fn is_met_by(&self, point: &Point) -> bool {
+        self.error.is_some_and(|target| point.is_sound() && point.relmse <= target && point.high <= Self::SURE * target)
+    }
+}
