@@ -3,8 +3,10 @@
 mod guide;
 mod passes;
 mod resolve;
+mod stop;
 mod switched;
 
+pub use crate::accuracy::Stop;
 pub use crate::reconstruction::ReconstructionKind;
 pub use crate::shift::ShiftKind;
 pub use guide::{Guide, TileGuide};
@@ -95,7 +97,7 @@ pub struct Request {
     pub technique: Option<Technique>,
     /// Reconstruction, or `None` for `auto`.
     pub reconstruction: Option<ReconstructionKind>,
-    /// Samples per pixel, or `None` for the default of 64.
+    /// Samples per pixel, or `None` for the default of 64; the most where an error or a time is asked for, then 65 536 by default.
     pub samples: Option<u32>,
     /// Film size, or `None` for the scene's own.
     pub extent: Option<Extent>,
@@ -115,6 +117,8 @@ pub struct Request {
     pub links: Option<u32>,
     /// Rounds in which samples are placed; 1 places them evenly. `None` for the default.
     pub rounds: Option<u32>,
+    /// When a frame stops before it has all its samples.
+    pub stop: Stop,
 }
 
 /// Everything that the bits of a frame depend on besides the scene. Two equal plans over equal scenes give equal images.
@@ -126,7 +130,8 @@ pub struct Plan {
     pub technique: Technique,
     /// Reconstruction.
     pub reconstruction: ReconstructionKind,
-    /// Samples per pixel, both halves together, ≥ 1; their mean over the film where there are several rounds.
+    /// Samples per pixel, both halves together, ≥ 1; their mean over the film where there are several rounds. The most where `stop` may
+    /// end a frame before.
     pub samples: u32,
     /// Samples per unit of work. It fixes the shape of the sums, so it depends on nothing but this version of the code.
     pub batch: u32,
@@ -150,6 +155,8 @@ pub struct Plan {
     pub links: u32,
     /// Rounds in which samples are placed; 1 places them evenly.
     pub rounds: u32,
+    /// When a frame stops before it has all its samples.
+    pub stop: Stop,
     /// Why each choice was made, for people.
     pub reasons: Vec<String>,
 }

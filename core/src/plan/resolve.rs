@@ -1,12 +1,10 @@
 //! From what a scene calls for and what was asked to one plan, with a reason for every choice.
 
-use super::{Plan, ReconstructionKind, Request, ShiftKind, Technique, switched};
+use super::{Plan, ReconstructionKind, Request, ShiftKind, Technique, stop, switched};
 use crate::effects::{Effect, Effects, analyse};
 use crate::lattice::Extent;
 use crate::scene::{SceneDescription, limits};
 
-/// Samples per pixel where nothing else was asked.
-const DEFAULT_SAMPLES: u32 = 64;
 /// Most samples per pixel.
 const MOST_SAMPLES: u32 = 1_000_000;
 /// Weight of the primal in the reconstruction where nothing else was asked (Kettunen et al. 2015).
@@ -64,12 +62,9 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     carried(technique, &effects, Technique::carries, &mut reasons)?;
     let reconstruction = reconstruction(request, technique, &mut reasons)?;
     reasons.extend(switched::off(&effects));
-    let samples = request.samples.unwrap_or(DEFAULT_SAMPLES);
+    let (samples, told) = stop::samples(request.samples, &request.stop);
     in_range("samples per pixel", samples, MOST_SAMPLES, "samples")?;
-    reasons.push(match request.samples {
-        Some(_) => format!("{samples} samples per pixel: asked for"),
-        None => format!("{samples} samples per pixel: the default"),
-    });
+    reasons.push(told);
     if samples == 1 {
         reasons.push("one sample fills half A only: no error can be estimated from two halves".to_string());
     }
@@ -89,6 +84,7 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
         reasons.push(format!("differences to the {links} most similar pixels nearby, where the choice is mutual"));
     }
     let rounds = rounds(request, technique, samples, &mut reasons)?;
+    stop::rule(&request.stop, rounds, &mut reasons)?;
     let alpha = request.alpha.unwrap_or(if technique == Technique::Graph { DEFAULT_LINK_ALPHA } else { DEFAULT_ALPHA });
     if !(alpha.is_finite() && alpha > 0.0) {
         return Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() });
@@ -109,6 +105,7 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
         reuse_edge,
         links,
         rounds,
+        stop: request.stop,
         reasons,
     })
 }
@@ -271,6 +268,7 @@ fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<Str
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accuracy::Stop;
     use crate::film::PlaneKind;
 
     fn scene(shapes: &str, rest: &str) -> SceneDescription {
@@ -315,6 +313,7 @@ mod tests {
             reuse_edge: Some(3),
             links: Some(4),
             rounds: Some(1),
+            stop: Stop::default(),
         };
         let plan = resolve(&lit(), &request).unwrap();
         assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::L1));

@@ -8,7 +8,7 @@ use crate::light::{AreaLight, DirectionalLight, Emitter, Environment, Falloff, I
 use crate::material::{Bsdf, Conductor, Dielectric, Diffuse, Material, Microfacets};
 use crate::math::{Frame, Transform, Vec2, Vec3};
 use crate::medium::{Homogeneous, Medium, MediumId, Phase};
-use crate::plan::{Plan, ReconstructionKind, ShiftKind, Technique};
+use crate::plan::{Plan, ReconstructionKind, ShiftKind, Stop, Technique};
 use crate::scene::{Boundary, Scene, Shape};
 use crate::sensor::{FieldAxis, Perspective, PixelFilter, Projection, Sensor, Window};
 use crate::spectrum::Spectrum;
@@ -283,6 +283,7 @@ pub(crate) fn plan(technique: Technique, edge: u32, samples: u32, max_depth: u32
         reuse_edge: 6,
         links: 8,
         rounds: 1,
+        stop: Stop::default(),
         reasons: Vec::new(),
     }
 }

@@ -1,6 +1,6 @@
 //! The plan of a job.
 
-use gradfarm_core::plan::{Plan, ReconstructionKind, ShiftKind, Technique, by_name};
+use gradfarm_core::plan::{Plan, ReconstructionKind, ShiftKind, Stop, Technique, by_name};
 use gradfarm_core::scene::limits as scene;
 
 use super::ConvertError;
@@ -25,6 +25,9 @@ impl From<&Plan> for v1::Plan {
             reuse_edge: plan.reuse_edge,
             links: plan.links,
             rounds: plan.rounds,
+            stop_error: plan.stop.error,
+            stop_seconds: plan.stop.seconds,
+            curve: plan.stop.curve,
         }
     }
 }
@@ -71,8 +74,20 @@ impl TryFrom<v1::Plan> for Plan {
             reuse_edge: up_to("plan.reuse_edge", message.reuse_edge, scene::REUSE_EDGE)?,
             links: up_to("plan.links", message.links, scene::LINKS)?,
             rounds: up_to("plan.rounds", message.rounds, scene::ROUNDS)?,
+            stop: Stop {
+                error: above_zero("plan.stop_error", message.stop_error)?,
+                seconds: above_zero("plan.stop_seconds", message.stop_seconds)?,
+                curve: message.curve,
+            },
             reasons: message.reasons,
         })
+    }
+}
+
+fn above_zero(field: &'static str, value: Option<f64>) -> Result<Option<f64>, ConvertError> {
+    match value {
+        Some(value) if !(value.is_finite() && value > 0.0) => Err(ConvertError::range(field, value, "a finite number above 0")),
+        sound => Ok(sound),
     }
 }
 
@@ -103,19 +118,21 @@ mod tests {
             reuse_edge: 6,
             links: 8,
             rounds: 1,
+            stop: Stop::default(),
             reasons: vec!["gradients: asked for".into()],
         }
     }
 
     proptest! {
         #[test]
-        fn round_trip(technique in 0..Technique::ALL.len(), reconstruction in 0..ReconstructionKind::ALL.len(), shift in 0..ShiftKind::ALL.len(), samples in 1u32..1 << 20, seed: u64, alpha in 1e-6f32..1e6) {
+        fn round_trip(technique in 0..Technique::ALL.len(), reconstruction in 0..ReconstructionKind::ALL.len(), shift in 0..ShiftKind::ALL.len(), samples in 1u32..1 << 20, seed: u64, alpha in 1e-6f32..1e6, error in prop::option::of(1e-9f64..1.0)) {
             let mut plan = plan();
             plan.technique = Technique::ALL[technique];
             plan.reconstruction = ReconstructionKind::ALL[reconstruction];
             plan.shift = ShiftKind::ALL[shift];
             (plan.samples, plan.seed, plan.alpha) = (samples, seed, alpha);
             (plan.shift_survival, plan.reuse_edge, plan.links, plan.rounds) = (0.25, 5, 7, 3);
+            plan.stop = Stop { error, seconds: error.map(|e| e * 1e3), curve: seed % 2 == 0 };
             prop_assert_eq!(Plan::try_from(v1::Plan::from(&plan)), Ok(plan));
         }
     }
@@ -136,6 +153,8 @@ mod tests {
         assert!(spoil(|p| p.shift_survival = 0.0).starts_with("plan.shift_survival is 0"));
         assert!(spoil(|p| p.links = 1000).starts_with("plan.links is 1000"));
         assert!(spoil(|p| p.alpha = f32::NAN).starts_with("plan.alpha is NaN"));
+        assert!(spoil(|p| p.stop_error = Some(f64::NAN)).starts_with("plan.stop_error is NaN"));
+        assert!(spoil(|p| p.stop_seconds = Some(0.0)).starts_with("plan.stop_seconds is 0"));
         assert!(spoil(|p| p.samples = 0).starts_with("plan.samples is 0"));
         assert!(spoil(|p| p.batch = 0).starts_with("plan.batch is 0"));
         assert!(spoil(|p| p.reasons = vec![String::new(); 1000]).starts_with("plan.reasons is 1000 lines"));
