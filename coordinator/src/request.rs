@@ -92,6 +92,22 @@ pub fn check_survival(survival: f32) -> Result<f32, String> {
     if survival > 0.0 && survival <= 1.0 { Ok(survival) } else { Err("expected a number above 0, at most 1, such as 0.1".to_owned()) }
 }
 
+/// Whether a number can be an error to reach.
+///
+/// # Errors
+/// What was expected.
+pub fn check_error(error: f64) -> Result<f64, String> {
+    if error.is_finite() && error > 0.0 { Ok(error) } else { Err("expected a relMSE above 0, such as 0.01".to_owned()) }
+}
+
+/// Whether a number can be the time of a frame.
+///
+/// # Errors
+/// What was expected.
+pub fn check_seconds(seconds: f64) -> Result<f64, String> {
+    if seconds.is_finite() && seconds > 0.0 { Ok(seconds) } else { Err("expected a number of seconds above 0, such as 30".to_owned()) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

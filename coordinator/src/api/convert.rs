@@ -40,6 +40,8 @@ impl From<&Plan> for json::PlanView {
             reuse_edge: plan.reuse_edge,
             links: plan.links,
             rounds: plan.rounds,
+            stop_error: plan.stop.error,
+            stop_seconds: plan.stop.seconds,
             reasons: plan.reasons.clone(),
         }
     }
@@ -108,6 +110,9 @@ impl From<JobEvent> for json::Event {
             JobEvent::State { state, error } => Self::State { state: state.name().to_owned(), error },
             JobEvent::Progress { units, samples, elapsed } => Self::Progress { units: units.into(), samples: samples.into(), elapsed },
             JobEvent::Tile { frame, tile, units } => Self::Tile { frame, tile, units: units.into() },
+            JobEvent::Accuracy { frame, point, target, seconds_left } => {
+                Self::Accuracy { frame, point: point.into(), target, seconds_left }
+            }
             JobEvent::Frame { frame, state } => Self::Frame { frame, state: state.name().to_owned() },
         }
     }
@@ -126,6 +131,9 @@ impl json::Frame {
             progress: json::Progress { units: frame.units.into(), samples: frame.samples.into() },
             seconds: frame.seconds.into(),
             estimated_relmse: frame.estimated_relmse,
+            samples_per_pixel: frame.samples_per_pixel,
+            stopped: frame.stopped.map(|reason| reason.name().to_owned()),
+            error: frame.error.map(Into::into),
             statistics: frame.statistics.by_name(),
             files,
         }

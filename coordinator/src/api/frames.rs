@@ -12,7 +12,7 @@ use crate::job::{FileKind, JobId};
 use crate::service::Handle;
 
 /// The two variable parts of a frame's address.
-type Address = Path<(String, String)>;
+pub(super) type Address = Path<(String, String)>;
 
 /// `GET /jobs/{job}/frames/{frame}`.
 pub(super) async fn show(State(service): State<Handle>, address: Address) -> Result<Json<Frame>, Problem> {
@@ -53,7 +53,8 @@ async fn file(State(service): State<Handle>, address: Address, kind: FileKind, m
     Ok((headers, bytes).into_response())
 }
 
-fn parse(Path((job, frame)): Address) -> Result<(JobId, u32), Problem> {
+/// The job and the frame number that an address names.
+pub(super) fn parse(Path((job, frame)): Address) -> Result<(JobId, u32), Problem> {
     let number = frame.parse().map_err(|_| Problem::malformed(format!("{frame:?} is no frame number, expected 0, 1, 2 …")))?;
     Ok((super::jobs::parse(&job)?, number))
 }

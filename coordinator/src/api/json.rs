@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use super::accuracy_json::{Accuracy, AccuracyCost, AccuracyFit, AccuracyPoint, AccuracyPrice};
+
 /// So much of so much.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Count {
@@ -111,7 +113,7 @@ pub struct PlanView {
     pub reconstruction: String,
     /// Weight of the primal in the reconstruction.
     pub alpha: f32,
-    /// Samples per pixel.
+    /// Samples per pixel; the most where frames may stop early.
     pub samples: u32,
     /// Samples per unit of work.
     pub batch: u32,
@@ -133,6 +135,12 @@ pub struct PlanView {
     pub links: u32,
     /// Rounds in which samples are placed.
     pub rounds: u32,
+    /// Estimated relMSE at which a frame stops.
+    #[serde(default)]
+    pub stop_error: Option<f64>,
+    /// Wall-clock time of a frame at which it stops [s].
+    #[serde(default)]
+    pub stop_seconds: Option<f64>,
     /// Why each choice was made.
     pub reasons: Vec<String>,
 }
@@ -150,10 +158,27 @@ pub struct Frame {
     pub seconds: Seconds,
     /// Estimated relMSE of the finished image, where its two halves can tell.
     pub estimated_relmse: Option<f64>,
+    /// Samples per pixel of its image, or to which it is being rendered.
+    pub samples_per_pixel: u32,
+    /// Why it went no further where it might have: `error`, `seconds` or `samples`.
+    pub stopped: Option<String>,
+    /// The error that was measured last, with its interval.
+    pub error: Option<ErrorEstimate>,
     /// Counters summed over its units.
     pub statistics: BTreeMap<String, u64>,
     /// Addresses of its files, once they are there, by kind (`exr`, `png`).
     pub files: BTreeMap<String, String>,
+}
+
+/// An error that was estimated without a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorEstimate {
+    /// Estimated relMSE.
+    pub relmse: f64,
+    /// Lower end of its 95 % confidence interval.
+    pub low: f64,
+    /// Upper end of it.
+    pub high: f64,
 }
 
 /// Where the time went [s].
@@ -231,7 +256,8 @@ pub struct Worker {
     pub set_aside_until_ms: Option<i64>,
 }
 
-/// Something that happened to a job. The name of the server-sent event is the key: `state`, `progress`, `tile` or `frame`.
+/// Something that happened to a job. The name of the server-sent event is the key: `state`, `progress`, `tile`,
+/// `accuracy` or `frame`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Event {
@@ -259,6 +285,17 @@ pub enum Event {
         tile: u32,
         /// Sample ranges.
         units: Count,
+    },
+    /// The error of a frame was measured.
+    Accuracy {
+        /// Frame number.
+        frame: u32,
+        /// What was found.
+        point: AccuracyPoint,
+        /// The error to reach.
+        target: Option<f64>,
+        /// Wall-clock time until the frame stops, as far as one can tell [s].
+        seconds_left: Option<f64>,
     },
     /// A frame's state.
     Frame {

@@ -14,10 +14,14 @@
 //! | GET | `/jobs/{id}/frames/{n}/tiles` | its tiles |
 //! | GET | `/jobs/{id}/frames/{n}/frame.exr`, `frame.png` | its files |
 //! | GET | `/jobs/{id}/frames/{n}/frame.json` | what was counted, tile by tile |
+//! | GET | `/jobs/{id}/frames/{n}/accuracy` | its error against samples and seconds, and what more accuracy costs |
+//! | GET | `/jobs/{id}/frames/{n}/accuracy.svg` | the same as a plot |
 //! | POST | `/assets` | upload a file |
 //! | HEAD | `/assets/{digest}` | whether a file is there |
 //! | GET | `/workers` | the connected workers |
 
+mod accuracy;
+mod accuracy_json;
 mod assets;
 mod convert;
 mod events;
@@ -63,6 +67,8 @@ pub fn router(handle: Handle) -> Router {
         .route("/jobs/{job}/frames/{frame}/frame.exr", get(frames::exr))
         .route("/jobs/{job}/frames/{frame}/frame.png", get(frames::png))
         .route("/jobs/{job}/frames/{frame}/frame.json", get(frames::statistics))
+        .route("/jobs/{job}/frames/{frame}/accuracy", get(accuracy::show))
+        .route("/jobs/{job}/frames/{frame}/accuracy.svg", get(accuracy::svg))
         .route("/assets", post(assets::upload).layer(DefaultBodyLimit::max(UPLOAD_BYTES)))
         .route("/assets/{digest}", head(assets::check))
         .route("/workers", get(workers::list))

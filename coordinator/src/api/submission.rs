@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use axum::body::Bytes;
 use axum::extract::multipart::{Field, Multipart};
-use gradfarm_core::plan::Request;
+use gradfarm_core::plan::{Request, Stop};
 use gradfarm_core::scene::SceneDescription;
 use gradfarm_proto::Digest;
 use serde::{Deserialize, Serialize};
@@ -73,6 +73,15 @@ pub struct JobOptions {
     /// Rounds in which samples are placed; 1 places them evenly.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounds: Option<u32>,
+    /// Estimated relMSE at which a frame stops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// Wall-clock time of a frame at which it stops, with the reconstruction [s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+    /// `true` to measure the error on the way even if nothing depends on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curve: Option<bool>,
     /// Edge of the tiles [pixels].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tile: Option<u32>,
@@ -150,8 +159,8 @@ pub async fn from_form(mut form: Multipart, service: &Handle) -> Result<Submissi
 
 async fn option_value(name: &str, field: Field<'_>) -> Result<Value, Problem> {
     let text = field.text().await?;
-    let number = if TEXT_FIELDS.contains(&name) { None } else { serde_json::from_str::<serde_json::Number>(text.trim()).ok() };
-    Ok(number.map_or(Value::String(text), Value::Number))
+    let plain = if TEXT_FIELDS.contains(&name) { None } else { serde_json::from_str::<Value>(text.trim()).ok() };
+    Ok(plain.filter(|value| value.is_number() || value.is_boolean()).unwrap_or(Value::String(text)))
 }
 
 fn complete(
@@ -200,6 +209,11 @@ impl JobOptions {
             reuse_edge: self.reuse_edge,
             links: self.links,
             rounds: self.rounds,
+            stop: Stop {
+                error: read("error", self.error, request::check_error)?,
+                seconds: read("seconds", self.seconds, request::check_seconds)?,
+                curve: self.curve.unwrap_or(false),
+            },
         })
     }
 
@@ -218,6 +232,9 @@ impl JobOptions {
             reuse_edge: asked.reuse_edge,
             links: asked.links,
             rounds: asked.rounds,
+            error: asked.stop.error,
+            seconds: asked.stop.seconds,
+            curve: asked.stop.curve.then_some(true),
             ..Self::default()
         }
     }
@@ -246,6 +263,7 @@ mod tests {
             reuse_edge: Some(3),
             links: Some(5),
             rounds: Some(2),
+            stop: Stop { error: Some(0.01), seconds: Some(7.5), curve: true },
         };
         assert_eq!(JobOptions::of(&asked).request().unwrap(), asked);
         assert_eq!(JobOptions::default().request().unwrap(), Request::default());

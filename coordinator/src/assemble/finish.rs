@@ -1,4 +1,4 @@
-//! Reconstructs a stitched frame and writes its files, off the async threads.
+//! Writes the files of a reconstructed frame, off the async threads.
 
 use std::io::Cursor;
 use std::time::Instant;
@@ -7,62 +7,44 @@ use bytes::Bytes;
 use gradfarm_core::film::{Film, Statistics};
 use gradfarm_core::lattice::Tile;
 use gradfarm_core::output::{self, exr, png};
-use gradfarm_core::reconstruction::{Reconstructed, reconstruct};
+use gradfarm_core::reconstruction::Reconstructed;
 
 use super::counted::FrameStatistics;
+use super::measure::{self, Solved};
 use super::stitch::Stitched;
 use super::{AssembleError, Task};
-use crate::job::{Assembled, FileKind, FileRecord, JobRecord, Seconds};
+use crate::job::{Assembled, FileKind, FileRecord, Seconds};
 use crate::store::Blobs;
 
-/// A reconstructed frame as files.
-struct Written {
-    files: Vec<(FileKind, Bytes)>,
-    reconstruct: f64,
-    write: f64,
-    estimated_relmse: Option<f64>,
-    film: Film,
-}
-
-/// Reconstructs, writes, and stores the files.
-pub(super) async fn finish(task: Task, stitched: Stitched, blobs: &Blobs) -> Result<Assembled, AssembleError> {
+/// Writes and stores the files.
+pub(super) async fn finish(task: Task, stitched: Stitched, image: Solved, blobs: &Blobs) -> Result<Assembled, AssembleError> {
     let Stitched { film, tiles, seconds: stitch } = stitched;
-    let written = tokio::task::spawn_blocking(move || work(&task, film, &tiles)).await??;
+    let (reconstruct, error, statistics) = (image.seconds, measure::error(&image), film.statistics);
     let start = Instant::now();
-    let mut files = Vec::with_capacity(written.files.len());
-    for (kind, bytes) in written.files {
+    let encoded = tokio::task::spawn_blocking(move || encode(&task, &film, &tiles, &image.reconstructed)).await??;
+    let mut files = Vec::with_capacity(encoded.len());
+    for (kind, bytes) in encoded {
         let size = bytes.len() as u64;
         files.push(FileRecord { kind, blob: blobs.put(bytes).await?, size });
     }
-    let write = written.write + start.elapsed().as_secs_f64();
-    Ok(Assembled {
-        files,
-        seconds: Seconds { stitch, reconstruct: written.reconstruct, write, ..Seconds::default() },
-        estimated_relmse: written.estimated_relmse,
-        statistics: written.film.statistics,
-    })
+    let write = start.elapsed().as_secs_f64();
+    Ok(Assembled { files, seconds: Seconds { stitch, reconstruct, write, ..Seconds::default() }, error, statistics })
 }
 
-fn work(task: &Task, film: Film, tiles: &[(Tile, Statistics)]) -> Result<Written, AssembleError> {
-    let record = &task.record;
-    let start = Instant::now();
-    let reconstructed = reconstruct(&film, record.plan.reconstruction, record.plan.alpha)?;
-    let reconstruct = start.elapsed().as_secs_f64();
-    let start = Instant::now();
-    let (exr, png) = rayon::join(|| encode_exr(record, &film, &reconstructed), || png::encode(&reconstructed.image, 1.0));
-    let counted = FrameStatistics::of(record.first_frame + task.position, &film.statistics, tiles, reconstructed.error.as_ref());
+fn encode(
+    task: &Task,
+    film: &Film,
+    tiles: &[(Tile, Statistics)],
+    reconstructed: &Reconstructed,
+) -> Result<Vec<(FileKind, Bytes)>, AssembleError> {
+    let (exr, png) = rayon::join(|| encode_exr(task, film, reconstructed), || png::encode(&reconstructed.image, 1.0));
+    let counted = FrameStatistics::of(task.record.first_frame + task.position, &film.statistics, tiles, reconstructed.error.as_ref());
     let counted = serde_json::to_vec(&counted).map_err(AssembleError::Statistics)?;
-    let files = vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into()), (FileKind::Statistics, counted.into())];
-    Ok(Written {
-        files,
-        reconstruct,
-        write: start.elapsed().as_secs_f64(),
-        estimated_relmse: reconstructed.error.map(|error| error.relmse),
-        film,
-    })
+    Ok(vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into()), (FileKind::Statistics, counted.into())])
 }
 
-fn encode_exr(record: &JobRecord, film: &Film, reconstructed: &Reconstructed) -> Result<Vec<u8>, output::Error> {
+fn encode_exr(task: &Task, film: &Film, reconstructed: &Reconstructed) -> Result<Vec<u8>, output::Error> {
+    let record = &task.record;
     let both = film.combined();
     let mut named = vec![("primal", &reconstructed.primal)];
     if let Some(gradients) = &both.gradients {
@@ -78,7 +60,7 @@ fn encode_exr(record: &JobRecord, film: &Film, reconstructed: &Reconstructed) ->
         seed: record.plan.seed,
         technique: record.plan.technique.name().to_owned(),
         reconstruction: record.plan.reconstruction.name().to_owned(),
-        samples: record.plan.samples,
+        samples: task.frame.goal,
         version: env!("CARGO_PKG_VERSION").to_owned(),
     };
     let mut out = Cursor::new(Vec::new());

@@ -1,18 +1,20 @@
 //! Makes frames of results: adds the blocks up in their fixed order, reconstructs, writes the files. On the way it makes the guides of
-//! frames in rounds, from what is there of them.
+//! frames in rounds, from what is there of them, and says how good frames are that may stop early.
 //!
 //! The order is that of the unit numbers, whenever the blocks arrived: so a frame has the same bits whoever rendered what.
 
 mod counted;
 mod finish;
+mod measure;
 mod stitch;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use gradfarm_core::plan::Guide;
 use tokio::sync::{Semaphore, mpsc};
 
-use crate::job::{Assembled, Errand, Job, JobRecord};
+use crate::clock::Clock;
+use crate::job::{Assembled, Errand, Frame, Job, JobRecord, Measured};
 use crate::schedule::Split;
 use crate::service::command::Command;
 use crate::store::{BlobError, Blobs, Store, StoreError};
@@ -25,6 +27,9 @@ pub(crate) struct Workshop {
     store: Arc<dyn Store>,
     blobs: Blobs,
     bench: Arc<Semaphore>,
+    clock: Clock,
+    /// The last measured frame, if it seems to be good enough: its files are then all that is left to do.
+    measured: Arc<Mutex<Option<measure::Ready>>>,
 }
 
 /// What is assembled.
@@ -34,6 +39,10 @@ struct Task {
     split: Split,
     /// Position of the frame.
     position: u32,
+    /// The frame as it is.
+    frame: Frame,
+    /// How many of its first passes make it.
+    passes: u32,
 }
 
 /// Why a frame could not be assembled.
@@ -62,13 +71,15 @@ enum AssembleError {
 impl Workshop {
     /// A workshop that reports to the loop behind `commands`.
     pub(crate) fn new(commands: mpsc::WeakSender<Command>, store: Arc<dyn Store>, blobs: Blobs) -> Self {
-        Self { commands, store, blobs, bench: Arc::new(Semaphore::new(1)) }
+        Self { commands, store, blobs, bench: Arc::new(Semaphore::new(1)), clock: Clock::new(), measured: Arc::default() }
     }
 
     /// Takes a frame in, whose results are all there, or enough of them for a guide.
     pub(crate) fn take(&self, job: &Job, errand: Errand) {
-        let (Errand::Assemble { frame } | Errand::Guide { frame, .. }) = errand;
-        let task = Task { record: job.record.clone(), split: job.split.clone(), position: frame };
+        let (Errand::Assemble { frame } | Errand::Measure { frame } | Errand::Guide { frame, .. }) = errand;
+        let state = job.frames[frame as usize].clone();
+        let passes = job.split.passes_within(state.goal);
+        let task = Task { record: job.record.clone(), split: job.split.clone(), position: frame, frame: state, passes };
         let before = job.guides(frame).to_vec();
         let shop = self.clone();
         tokio::spawn(async move {
@@ -78,6 +89,10 @@ impl Workshop {
                 Errand::Assemble { frame } => {
                     let outcome = shop.assemble(task).await.map_err(|error| error.to_string());
                     Command::Assembled { job, frame, outcome }
+                }
+                Errand::Measure { frame } => {
+                    let outcome = shop.measure(task).await.map_err(|error| error.to_string());
+                    Command::Measured { job, frame, outcome }
                 }
                 Errand::Guide { frame, round } => {
                     let outcome = shop.guide(task, round, before).await.map(Arc::new).map_err(|error| error.to_string());
@@ -103,7 +118,28 @@ impl Workshop {
     }
 
     async fn assemble(&self, task: Task) -> Result<Assembled, AssembleError> {
-        let stitched = stitch::stitch(&task, self.store.as_ref(), &self.blobs).await?;
-        finish::finish(task, stitched, &self.blobs).await
+        let ready = self.ready(None).filter(|ready| ready.is_of(&task));
+        let (stitched, image) = match ready {
+            Some(ready) => (ready.stitched, ready.image),
+            None => measure::reconstructed(&task, self.store.as_ref(), &self.blobs).await?,
+        };
+        finish::finish(task, stitched, image, &self.blobs).await
+    }
+
+    /// Reconstructs a frame as it is, and says how good it is.
+    async fn measure(&self, task: Task) -> Result<Measured, AssembleError> {
+        // Room for the new one.
+        self.ready(None);
+        let (stitched, image) = measure::reconstructed(&task, self.store.as_ref(), &self.blobs).await?;
+        let measured = measure::measured(&task, &stitched, &image);
+        if measure::seems_good_enough(&task, &measured, self.clock.now()) {
+            self.ready(Some(measure::Ready { job: task.record.id, position: task.position, passes: task.passes, stitched, image }));
+        }
+        Ok(measured)
+    }
+
+    /// Takes out the frame that was kept, and keeps another one.
+    fn ready(&self, next: Option<measure::Ready>) -> Option<measure::Ready> {
+        std::mem::replace(&mut *self.measured.lock().unwrap_or_else(PoisonError::into_inner), next)
     }
 }

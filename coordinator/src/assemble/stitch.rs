@@ -14,6 +14,7 @@ use crate::schedule::Place;
 use crate::store::{Blobs, Store};
 
 /// A whole frame.
+#[derive(Debug)]
 pub(super) struct Stitched {
     /// Its means.
     pub(super) film: Film,
@@ -23,10 +24,10 @@ pub(super) struct Stitched {
     pub(super) seconds: f64,
 }
 
-/// Reads all results of a frame and adds them up.
+/// Reads the results of a frame, as far as it goes, and adds them up.
 pub(super) async fn stitch(task: &Task, store: &dyn Store, blobs: &Blobs) -> Result<Stitched, AssembleError> {
     let start = Instant::now();
-    let (frame, tiles) = fold(task, task.split.passes().len() as u32, store, blobs).await?;
+    let (frame, tiles) = fold(task, task.passes, store, blobs).await?;
     let film = tokio::task::spawn_blocking(move || frame.finish()).await??;
     Ok(Stitched { film, tiles, seconds: start.elapsed().as_secs_f64() })
 }

@@ -6,6 +6,7 @@ use futures::StreamExt;
 use reqwest::{Method, Response};
 use serde_json::{Map, Value};
 
+use super::accuracy::measured;
 use super::client::Client;
 use super::error::Error;
 use super::progress::Progress;
@@ -60,7 +61,11 @@ pub(super) async fn follow(client: &Client, job: &str, telling: Telling) -> Resu
 async fn listen(client: &Client, job: &str, progress: Option<&Progress>) -> Result<Option<Result<(), Error>>, Error> {
     let response = client.send(client.request(Method::GET, &format!("/jobs/{job}/events"))).await?;
     let mut events = Events::new(response);
+    let mut last = None;
     while let Some(event) = events.next().await {
+        if let Event::Accuracy { frame, point, .. } = &event {
+            last = Some(format!("frame {frame}: {}", measured(point)));
+        }
         match progress {
             Some(progress) => show(progress, &event),
             None => terminal::json(&event)?,
@@ -69,6 +74,10 @@ async fn listen(client: &Client, job: &str, progress: Option<&Progress>) -> Resu
             && is_final(&state)
         {
             let reason = error.map(|error| format!(": {error}")).unwrap_or_default();
+            if let (Some(progress), Some(last)) = (progress, last) {
+                progress.finish();
+                terminal::note(last);
+            }
             return Ok(Some(if state == "done" { Ok(()) } else { Err(Error::Job(format!("job {job} is {state}{reason}"))) }));
         }
     }
@@ -80,6 +89,7 @@ fn show(progress: &Progress, event: &Event) {
         Event::State { state, .. } => progress.say(state),
         Event::Progress { samples, .. } => progress.show(samples.done, samples.total),
         Event::Frame { state, .. } => progress.say(state),
+        Event::Accuracy { point, target, seconds_left, .. } => progress.say_error(&point.error.into(), *target, *seconds_left),
         Event::Tile { .. } => {}
     }
 }

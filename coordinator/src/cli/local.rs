@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::scene;
 use crate::embedded::Farm;
 use crate::job::{FileKind, FrameState, JobId, JobState};
-use crate::service::{Frames, Handle, JobEvent, JobView, Submission};
+use crate::service::{AccuracyView, Frames, Handle, JobEvent, JobView, Submission};
 
 /// A job to be done here.
 #[derive(Clone, Debug)]
@@ -40,6 +40,8 @@ pub(super) struct LocalDone {
     pub(super) png: Bytes,
     /// What was counted, as JSON.
     pub(super) statistics: Bytes,
+    /// What accuracy cost.
+    pub(super) accuracy: AccuracyView,
 }
 
 impl LocalJob<'_> {
@@ -98,9 +100,10 @@ async fn follow(handle: &Handle, job: JobId, progress: &Progress) -> Result<JobV
     while let Some(event) = events.next().await {
         match event {
             JobEvent::Progress { samples, .. } => {
-                progress.say("rendering");
                 progress.show(samples.done, samples.total);
             }
+            JobEvent::Frame { state: FrameState::Rendering, .. } => progress.say("rendering"),
+            JobEvent::Accuracy { point, target, seconds_left, .. } => progress.say_error(&point.error, target, seconds_left),
             JobEvent::Frame { state: FrameState::Assembling, .. } => progress.say("assembling"),
             JobEvent::State { state: JobState::Done, .. } => break,
             JobEvent::State { state, error } if state.is_final() => {
@@ -118,5 +121,6 @@ async fn files(handle: &Handle, view: JobView) -> Result<LocalDone, Error> {
     let exr = handle.frame_file(job, frame, FileKind::Exr).await?;
     let png = handle.frame_file(job, frame, FileKind::Png).await?;
     let statistics = handle.frame_file(job, frame, FileKind::Statistics).await?;
-    Ok(LocalDone { view, exr, png, statistics })
+    let accuracy = handle.accuracy(job, frame).await?;
+    Ok(LocalDone { view, exr, png, statistics, accuracy })
 }

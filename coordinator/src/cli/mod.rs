@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Commands check everything they can before they start to work.
 
+mod accuracy;
 mod cancel;
 mod client;
 mod compare;
@@ -60,6 +61,8 @@ enum Command {
     Cancel(cancel::Cancel),
     /// Fetch a finished image
     Pull(pull::Pull),
+    /// Tell what accuracy cost in a frame, and what more of it would cost
+    Accuracy(accuracy::AccuracyCommand),
     /// Measure how far one image is from another
     Compare(compare::Compare),
     /// Tell what would be done with a scene, and why
@@ -94,6 +97,7 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Watch(command) => wait_for(command.run()),
         Command::Cancel(command) => wait_for(command.run()),
         Command::Pull(command) => wait_for(command.run()),
+        Command::Accuracy(command) => wait_for(command.run()),
         Command::Compare(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Study(command) => command.run(),

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradfarm_core::lattice::Extent;
-use gradfarm_core::plan::{ReconstructionKind, Request, ShiftKind, Technique};
+use gradfarm_core::plan::{ReconstructionKind, Request, ShiftKind, Stop, Technique};
 use gradfarm_core::scene::limits::{LINKS, PATH_EDGES, REUSE_EDGE, ROUNDS};
 use gradfarm_proto::limits;
 
@@ -20,7 +20,7 @@ pub(super) struct RenderOptions {
     /// does for technique graph what l2 does for gpt
     #[arg(long, default_value = request::AUTO, value_name = "NAME", value_parser = reconstruction())]
     reconstruction: Choice<ReconstructionKind>,
-    /// Samples per pixel [default: 64]
+    /// Samples per pixel; the most of them with --error or --seconds [default: 64, with those 65536]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(limits::SAMPLES)))]
     samples: Option<u32>,
     /// Size of the image in pixels, such as 640x480 [default: the scene's]
@@ -50,6 +50,15 @@ pub(super) struct RenderOptions {
     /// Rounds in which samples are placed where the noise is; 1 places them evenly [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(ROUNDS)))]
     rounds: Option<u32>,
+    /// Stop each frame when its estimated relMSE is this or less, and the estimate is trusted
+    #[arg(long, value_name = "RELMSE", value_parser = error)]
+    error: Option<f64>,
+    /// Stop each frame so that its image is there after this many seconds, with reconstruction; files come on top
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    seconds: Option<f64>,
+    /// Measure the error on the way even if nothing depends on it
+    #[arg(long)]
+    curve: bool,
 }
 
 impl RenderOptions {
@@ -68,6 +77,7 @@ impl RenderOptions {
             reuse_edge: self.reuse_edge,
             links: self.links,
             rounds: self.rounds,
+            stop: Stop { error: self.error, seconds: self.seconds, curve: self.curve },
         }
     }
 }
@@ -90,6 +100,14 @@ fn shift() -> impl TypedValueParser<Value = Choice<ShiftKind>> {
 
 fn survival(text: &str) -> Result<f32, String> {
     request::check_survival(text.parse().unwrap_or(f32::NAN))
+}
+
+fn error(text: &str) -> Result<f64, String> {
+    request::check_error(text.parse().unwrap_or(f64::NAN))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    request::check_seconds(text.parse().unwrap_or(f64::NAN))
 }
 
 fn alpha(text: &str) -> Result<f32, String> {
@@ -121,7 +139,16 @@ mod tests {
     #[test]
     fn what_is_asked_arrives() {
         let words = ["--technique=gpt", "--reconstruction=l1", "--samples=7", "--size=3x4", "--seed=9", "--alpha=0.5", "--max-depth=2"];
-        let more = ["--shift=hybrid", "--shift-survival=0.1", "--reuse-edge=5", "--links=4", "--rounds=3"];
+        let more = [
+            "--shift=hybrid",
+            "--shift-survival=0.1",
+            "--reuse-edge=5",
+            "--links=4",
+            "--rounds=3",
+            "--error=1e-3",
+            "--seconds=2.5",
+            "--curve",
+        ];
         let expected = Request {
             technique: Some(Technique::Gpt),
             reconstruction: Some(ReconstructionKind::L1),
@@ -135,6 +162,7 @@ mod tests {
             reuse_edge: Some(5),
             links: Some(4),
             rounds: Some(3),
+            stop: Stop { error: Some(1e-3), seconds: Some(2.5), curve: true },
         };
         assert_eq!(parse(&[&words[..], &more].concat()).unwrap(), expected);
     }
@@ -149,6 +177,8 @@ mod tests {
             ("--shift=magic", "auto, hybrid"),
             ("--shift-survival=1.5", "at most 1"),
             ("--links=0", "1.."),
+            ("--error=0", "above 0"),
+            ("--seconds=soon", "above 0"),
             ("--samples=0", "1.."),
             ("--max-depth=0", "1.."),
         ] {

@@ -3,7 +3,11 @@
 use std::fmt::Write;
 use std::time::Duration;
 
+use gradfarm_core::accuracy::Estimate;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+
+use super::accuracy::seconds;
+use crate::plot::number;
 
 /// Shows how many samples of a job are done, how fast they come, and how long it will take.
 #[derive(Debug)]
@@ -30,6 +34,11 @@ impl Progress {
         self.bar.set_message(message.to_owned());
     }
 
+    /// Says how large the error is, and how long it takes to what was asked.
+    pub(super) fn say_error(&self, error: &Estimate, target: Option<f64>, seconds_left: Option<f64>) {
+        self.say(&error_told(error, target, seconds_left));
+    }
+
     /// Takes the bar away.
     pub(super) fn finish(&self) {
         self.bar.finish_and_clear();
@@ -40,6 +49,13 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.finish();
     }
+}
+
+/// The error in few words.
+pub(super) fn error_told(error: &Estimate, target: Option<f64>, seconds_left: Option<f64>) -> String {
+    let left = seconds_left.map(|left| format!(", {} more", seconds(left))).unwrap_or_default();
+    let target = target.map(|target| format!(" of {}", number(target))).unwrap_or_default();
+    format!("relMSE {:.1e} ({:.1e} to {:.1e}){target}{left}", error.relmse, error.low, error.high)
 }
 
 fn style() -> ProgressStyle {
@@ -71,5 +87,8 @@ mod tests {
         assert_eq!(rate(1_234_567.0), "1.23 M samples/s");
         assert_eq!(rate(1500.0), "1.5 k samples/s");
         assert_eq!(rate(12.4), "12 samples/s");
+        let error = Estimate { relmse: 0.012, low: 0.01, high: 0.014 };
+        assert_eq!(error_told(&error, Some(0.01), Some(3.5)), "relMSE 1.2e-2 (1.0e-2 to 1.4e-2) of 0.01, 3.5 s more");
+        assert_eq!(error_told(&error, None, None), "relMSE 1.2e-2 (1.0e-2 to 1.4e-2)");
     }
 }

@@ -7,11 +7,12 @@ use std::time::{Duration, Instant};
 use gradfarm_core::film::Counter;
 use serde::Serialize;
 
+use super::accuracy;
 use super::error::Error;
+use super::local::LocalDone;
 use super::progress::rate;
 use super::terminal;
-use crate::api::json::{Job, PlanView};
-use crate::service::JobView;
+use crate::api::json::{Accuracy, Job, PlanView};
 
 /// The spans that this process measures itself.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +46,7 @@ pub(super) struct Report {
     workers: usize,
     threads: usize,
     seconds: Phases,
+    accuracy: Accuracy,
     exr: PathBuf,
     png: PathBuf,
 }
@@ -56,8 +58,10 @@ struct Phases {
     load: f64,
     /// Compiling the scene (mean over workers).
     build: f64,
-    /// From the first lease to the last result, without loading and building.
+    /// From the first lease to the last result, without loading, building and checking.
     render: f64,
+    /// Measuring the error on the way.
+    check: f64,
     /// Adding the tiles up.
     stitch: f64,
     /// Reconstruction.
@@ -77,8 +81,9 @@ pub(super) struct ReportJson<'a> {
     /// Time spent tracing, summed over threads [s].
     render_thread_seconds: f64,
     #[serde(flatten)]
-    plan: &'a PlanView,
+    plan: PlanView,
     estimated_relmse: Option<f64>,
+    accuracy: &'a Accuracy,
     statistics: &'a BTreeMap<String, u64>,
     workers: usize,
     threads: usize,
@@ -89,15 +94,19 @@ pub(super) struct ReportJson<'a> {
 
 impl Report {
     /// Puts together what the job and this process measured. `threads` has one entry for each worker.
-    pub(super) fn new(view: &JobView, threads: &[usize], clock: Clock, exr: &Path, png: &Path) -> Self {
-        let measured = view.seconds;
+    pub(super) fn new(done: &LocalDone, threads: &[usize], clock: Clock, exr: &Path, png: &Path) -> Self {
+        let (view, measured) = (&done.view, done.view.seconds);
+        let points = &done.accuracy.curve.points;
+        // The last check made the image.
+        let check: f64 = points.iter().rev().skip(1).map(|point| point.check_seconds).sum();
         // Workers load and build at the same time as each other, and trace only then.
         let workers = threads.len().max(1) as f64;
         let (load, build) = (measured.load / workers, measured.compile / workers);
         let seconds = Phases {
             load: clock.load.as_secs_f64() + load,
             build,
-            render: (measured.render_span - load - build).max(0.0),
+            render: (measured.render_span - load - build - check).max(0.0),
+            check,
             stitch: measured.stitch,
             reconstruct: measured.reconstruct,
             write: measured.write + clock.write.as_secs_f64(),
@@ -108,6 +117,7 @@ impl Report {
             workers: threads.len(),
             threads: threads.iter().sum(),
             seconds,
+            accuracy: (&done.accuracy).into(),
             exr: exr.to_path_buf(),
             png: png.to_path_buf(),
         }
@@ -116,6 +126,11 @@ impl Report {
     fn samples_per_second(&self) -> f64 {
         let samples = self.job.summary.progress.samples.done as f64;
         if self.seconds.render > 0.0 { samples / self.seconds.render } else { 0.0 }
+    }
+
+    /// Samples per pixel of the image.
+    fn samples(&self) -> u32 {
+        self.job.frames.first().map_or(self.job.plan.samples, |frame| frame.samples_per_pixel)
     }
 
     fn estimated_relmse(&self) -> Option<f64> {
@@ -128,8 +143,10 @@ impl Report {
             samples_per_second: self.samples_per_second(),
             seconds: self.seconds,
             render_thread_seconds: self.job.seconds.render,
-            plan: &self.job.plan,
+            // What the image has, which may be less than what it might have had.
+            plan: PlanView { samples: self.samples(), ..self.job.plan.clone() },
             estimated_relmse: self.estimated_relmse(),
+            accuracy: &self.accuracy,
             statistics: &self.job.statistics,
             workers: self.workers,
             threads: self.threads,
@@ -146,7 +163,7 @@ impl Report {
             "{} × {} pixels, {} samples each, {}, reconstruction {}, {} on {}",
             plan.width,
             plan.height,
-            plan.samples,
+            self.samples(),
             plan.technique,
             plan.reconstruction,
             plural(self.workers, "worker"),
@@ -157,11 +174,12 @@ impl Report {
             ("load", phases.load),
             ("build", phases.build),
             ("render", phases.render),
+            ("check", phases.check),
             ("stitch", phases.stitch),
             ("reconstruct", phases.reconstruct),
             ("write", phases.write),
         ];
-        for (name, seconds) in spans {
+        for (name, seconds) in spans.into_iter().filter(|(name, seconds)| *name != "check" || *seconds > 0.0) {
             let note = if name == "render" { format!("   {}", rate(self.samples_per_second())) } else { String::new() };
             terminal::line(format_args!("  {name:12} {seconds:9.3} s{note}"))?;
         }
@@ -169,9 +187,7 @@ impl Report {
         if let Some(told) = shifts(&self.job.statistics) {
             terminal::line(told)?;
         }
-        if let Some(relmse) = self.estimated_relmse() {
-            terminal::line(format_args!("estimated relMSE {relmse:.3e}"))?;
-        }
+        accuracy::lines(&self.accuracy).into_iter().try_for_each(terminal::line)?;
         terminal::line(format_args!("{} and {}", self.exr.display(), self.png.display()))
     }
 }

@@ -82,8 +82,12 @@ fn print(job: &Job) -> Result<(), Error> {
 
 fn describe(frame: &Frame) -> String {
     let percent = frame.progress.units.fraction() * 100.0;
-    let error = frame.estimated_relmse.map(|error| format!(", estimated relMSE {error:.2e}")).unwrap_or_default();
-    format!("{}: {} ({percent:.1} %){error}", frame.number, frame.state)
+    let error = match frame.error {
+        Some(error) => format!(", estimated relMSE {:.2e} ({:.2e} to {:.2e})", error.relmse, error.low, error.high),
+        None => String::new(),
+    };
+    let stopped = frame.stopped.as_deref().map(|why| format!(", stopped by {why} at {} samples", frame.samples_per_pixel));
+    format!("{}: {} ({percent:.1} %){error}{}", frame.number, frame.state, stopped.unwrap_or_default())
 }
 
 fn age(job: &JobSummary) -> String {

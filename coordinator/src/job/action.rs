@@ -46,6 +46,11 @@ pub enum Errand {
         /// Position of the frame.
         frame: u32,
     },
+    /// All results so far are there: reconstruct the frame as it is, and say how good it is.
+    Measure {
+        /// Position of the frame.
+        frame: u32,
+    },
     /// The results that steer a round are there: make its guide.
     Guide {
         /// Position of the frame.
@@ -73,6 +78,8 @@ pub enum News {
     Job,
     /// The state of the frame at this position.
     Frame(u32),
+    /// The frame at this position has one more point.
+    Accuracy(u32),
     /// A tile has one more result.
     Tile {
         /// Position of the frame.

@@ -1,5 +1,6 @@
 //! A frame of a job, and where its time went.
 
+use gradfarm_core::accuracy::{Estimate, Point, Reason};
 use gradfarm_core::film::Statistics;
 
 use super::state::FrameState;
@@ -55,11 +56,17 @@ pub struct Frame {
     pub estimated_relmse: Option<f64>,
     /// Counters summed over its units, once assembled.
     pub statistics: Statistics,
+    /// Samples per pixel up to which it is being rendered; where it has stopped, those of its image.
+    pub goal: u32,
+    /// Why it goes no further, where it might have.
+    pub stopped: Option<Reason>,
+    /// Its error at so many samples, as often as it was measured, by samples.
+    pub points: Vec<Point>,
 }
 
 impl Frame {
-    /// A frame that nothing was done for.
-    pub fn waiting() -> Self {
+    /// A frame that nothing was done for, to be rendered to so many samples per pixel at first.
+    pub fn waiting(goal: u32) -> Self {
         Self {
             state: FrameState::Waiting,
             started: None,
@@ -68,6 +75,20 @@ impl Frame {
             seconds: Seconds::default(),
             estimated_relmse: None,
             statistics: Statistics::default(),
+            goal,
+            stopped: None,
+            points: Vec::new(),
+        }
+    }
+
+    /// The point that an image with this error makes, which was there at `now`; adding up and reconstructing took `check` seconds.
+    pub fn point(&self, error: Estimate, check: f64, now: Timestamp) -> Point {
+        Point {
+            samples: self.goal,
+            cpu_seconds: self.seconds.render,
+            wall_seconds: self.started.map_or(0.0, |started| now.seconds_since(started)),
+            check_seconds: check,
+            error,
         }
     }
 }

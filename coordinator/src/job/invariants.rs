@@ -4,9 +4,10 @@
 //! * I2: a done unit stays done, and its digest never changes. (Between two states: see the tests of this module.)
 //! * I3: a result counts if and only if its epoch is the unit's at that moment. (Between two states.)
 //! * I4: the samples of a frame are the sum over its done units.
-//! * I5: a frame is assembled if and only if all its units are done.
-//! * I6: a job that is not over has a unit that is ready and waits for no guide, a live lease, or a frame that is being assembled or
-//!   guided: it always has an owner.
+//! * I5: a frame is assembled if and only if all its units are done and it is to have no more of them.
+//! * I6: a job that is not over has a unit that is ready and waits for no guide, a live lease, or a frame that is being assembled,
+//!   guided or measured: it always has an owner.
+//! * I7: a frame has units up to its goal and none beyond; its points come in the order of their samples, none beyond the goal.
 //! * I9: a job that is over holds no lease, and a cancelled job stays cancelled.
 
 use super::guides::FrameGuides;
@@ -19,10 +20,9 @@ use super::{Frame, Job};
 /// # Errors
 /// The first one that does not hold, in words.
 pub fn check(job: &Job) -> Result<(), String> {
-    let in_memory = !job.units.all().is_empty();
+    let in_memory = job.units.all().next().is_some();
     let mut counted = vec![(0u32, 0u64); job.frames.len()];
-    for (index, unit) in job.units.all().iter().enumerate() {
-        let index = index as u32;
+    for (index, unit) in job.units.all() {
         let (ready, leased) = (job.units.ready().contains(&index), job.units.leased().contains(&index));
         let expected = match unit.state {
             UnitState::Ready => (true, false),
@@ -50,17 +50,27 @@ pub fn check(job: &Job) -> Result<(), String> {
                     frame.units, frame.samples
                 ));
             }
-            let complete = *units == job.split.units_per_frame();
+            let position = position as u32;
+            if job.units.of_frame(position).len() != job.units_to_goal(position) as usize {
+                return Err(format!("I7: frame {position} has {} units and a goal of {}", job.units.of_frame(position).len(), frame.goal));
+            }
+            let complete = *units == job.units_to_goal(position) && !job.is_measured_now(position);
             let assembled = matches!(frame.state, FrameState::Assembling | FrameState::Done);
             if complete != assembled {
                 return Err(format!("I5: frame {position} is {:?} with {units} units done", frame.state));
             }
         }
     }
-    let in_work = |frame: &Frame| frame.state == FrameState::Assembling;
-    let in_work = job.frames.iter().any(in_work) || job.guides.iter().any(FrameGuides::in_the_making);
+    for (position, frame) in job.frames.iter().enumerate() {
+        let samples = frame.points.iter().map(|point| point.samples);
+        if !samples.clone().is_sorted_by(|a, b| a < b) || samples.clone().any(|samples| samples > frame.goal) {
+            return Err(format!("I7: frame {position} with a goal of {} has points at {:?}", frame.goal, samples.collect::<Vec<_>>()));
+        }
+    }
+    let in_work = |(position, frame): (u32, &Frame)| frame.state == FrameState::Assembling || job.is_measured_now(position);
+    let in_work = (0..).zip(&job.frames).any(in_work) || job.guides.iter().any(FrameGuides::in_the_making);
     if !job.state.is_final() && job.open_units().next().is_none() && job.units.leased().is_empty() && !in_work {
-        return Err("I6: nothing is ready, leased, being assembled or guided, yet the job is not over".into());
+        return Err("I6: nothing is ready, leased, being assembled, guided or measured, yet the job is not over".into());
     }
     if job.state.is_final() && !job.units.leased().is_empty() {
         return Err(format!("I9: the job is {:?} and still holds leases", job.state));

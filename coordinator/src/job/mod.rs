@@ -4,6 +4,7 @@
 //! clock, no store, no channel. Each event has its own file in `event/`; what must always hold is written in `invariants`.
 
 mod action;
+mod checks;
 mod event;
 mod frame;
 mod guides;
@@ -23,7 +24,7 @@ use gradfarm_core::film::Statistics;
 use gradfarm_core::plan::{Guide, TileGuide};
 
 pub use action::{Action, Answer, Errand, News};
-pub use event::{Assembled, Event, submit};
+pub use event::{Assembled, Event, Measured, submit};
 pub use frame::{Frame, Seconds};
 pub use identity::{JobId, ParseIdError, WorkerId};
 pub use record::{Change, DeliveredRecord, FileRecord, JobRecord, StoredJob, StoredUnit};
@@ -120,8 +121,12 @@ impl Job {
     fn open_units(&self) -> impl Iterator<Item = u32> {
         // Where samples are placed evenly everything is open, and one run of units says so.
         let even = self.split.steering().is_empty();
-        let runs = if even { 0..1 } else { 0..self.split.frames() };
-        let run = move |frame| if even { 0..self.split.units() } else { self.split.open(frame, self.guides(frame).len()) };
+        let (runs, whole) = match self.only_frame() {
+            Some(frame) => (frame..frame + 1, false),
+            None if even => (0..1, true),
+            None => (0..self.split.frames(), false),
+        };
+        let run = move |frame| if whole { 0..self.split.units() } else { self.split.open(frame, self.guides(frame).len()) };
         runs.flat_map(move |frame| self.units.ready().range(run(frame)).copied())
     }
 

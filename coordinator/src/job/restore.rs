@@ -7,7 +7,7 @@ use super::guides::FrameGuides;
 use super::record::StoredJob;
 use super::state::FrameState;
 use super::unit::{UnitState, Units};
-use super::{Action, Errand, Job};
+use super::{Action, Errand, Job, checks};
 use crate::clock::Timestamp;
 use crate::schedule::{Split, TooManyUnits};
 
@@ -22,7 +22,7 @@ impl Job {
     pub fn restore(stored: StoredJob, now: Timestamp, ttl: Duration) -> Result<(Self, Vec<Action>), TooManyUnits> {
         let StoredJob { record, state, error, started, finished, frames: kept, units: stored_units } = stored;
         let split = Split::new(&record.plan, record.first_frame, record.frame_count, record.tile)?;
-        let mut frames = vec![Frame::waiting(); split.frames() as usize];
+        let mut frames = vec![Frame::waiting(checks::first_goal(&record.plan)); split.frames() as usize];
         for (position, frame) in kept {
             if let Some(place) = frames.get_mut(position as usize) {
                 *place = frame;
@@ -31,7 +31,10 @@ impl Job {
         let mut guides = vec![FrameGuides::waiting(&split); frames.len()];
         let mut units = Units::default();
         if !state.is_final() || !stored_units.is_empty() {
-            units = Units::ready_all(split.units());
+            units = Units::closed(split.frames(), split.units_per_frame());
+            for (position, frame) in (0..).zip(&frames) {
+                units.open(position, split.passes_within(frame.goal) * split.units_per_pass());
+            }
             for frame in &mut frames {
                 if frame.state != FrameState::Done {
                     (frame.units, frame.samples) = (0, 0);
@@ -48,8 +51,11 @@ impl Job {
                     guides[place.frame as usize].done(&split, place.pass);
                     let frame = &mut frames[place.frame as usize];
                     if frame.state != FrameState::Done {
-                        frame.units += 1;
-                        frame.samples += split.samples(stored.unit);
+                        // Of a frame that was cut short there may be results beyond its end: they took time, and that is all.
+                        if units.get(stored.unit).is_some() {
+                            frame.units += 1;
+                            frame.samples += split.samples(stored.unit);
+                        }
                         frame.seconds +=
                             Seconds { load: result.load, compile: result.compile, render: result.render, ..Seconds::default() };
                     }
@@ -68,6 +74,11 @@ impl Job {
             }
             actions.extend(guides.next(position).map(Action::Do));
         }
-        Ok((Self { record, split, state, error, started, finished, frames, guides, units }, actions))
+        let job = Self { record, split, state, error, started, finished, frames, guides, units };
+        if !state.is_final() {
+            let measured = (0..job.split.frames()).filter(|position| job.is_measured_now(*position));
+            actions.extend(measured.map(|frame| Action::Do(Errand::Measure { frame })));
+        }
+        Ok((job, actions))
     }
 }

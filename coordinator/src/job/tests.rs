@@ -4,12 +4,16 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use gradfarm_core::accuracy::Estimate;
 use gradfarm_core::film::{Image, Noise};
-use gradfarm_core::plan::Plan;
+use gradfarm_core::plan::{Plan, Stop};
 use gradfarm_proto::Digest;
 use proptest::prelude::*;
 
 use super::*;
+
+mod checks;
+
 use crate::schedule::Place;
 use crate::schedule::split::tests::plan;
 use crate::store::{Memory, Store};
@@ -28,6 +32,7 @@ pub(crate) enum Step {
     Fail { grant: usize },
     Assemble { works: bool },
     Guide { works: bool },
+    Measure { error: f64, works: bool },
     Cancel,
     Restart,
 }
@@ -43,6 +48,7 @@ pub(crate) fn steps() -> impl Strategy<Value = Vec<Step>> {
         4 => any::<usize>().prop_map(|grant| Step::Fail { grant }),
         8 => prop::bool::weighted(0.95).prop_map(|works| Step::Assemble { works }),
         8 => prop::bool::weighted(0.98).prop_map(|works| Step::Guide { works }),
+        8 => (1e-3..0.1f64, prop::bool::weighted(0.98)).prop_map(|(error, works)| Step::Measure { error, works }),
         1 => Just(Step::Cancel),
         3 => Just(Step::Restart),
     ];
@@ -63,6 +69,12 @@ pub(crate) fn record(name: &str) -> JobRecord {
         first_frame: 3,
         frame_count: 2,
     }
+}
+
+/// The same with a target and a time: 2 frames of up to 7 passes, the last one of 4 samples, × 4 tiles.
+pub(crate) fn record_with_checks() -> JobRecord {
+    let stop = Stop { error: Some(0.01), seconds: Some(100.0), curve: false };
+    JobRecord { plan: Plan { stop, ..plan(8, 8, 100) }, ..record("with checks") }
 }
 
 /// The same in three rounds: 2 frames × 5 passes × 4 tiles, of which two passes are guided.
@@ -102,7 +114,7 @@ impl History {
         Self::of(record("history"))
     }
 
-    fn of(record: JobRecord) -> Self {
+    pub(crate) fn of(record: JobRecord) -> Self {
         let (job, actions) = submit(record).unwrap();
         let mut history = Self {
             job,
@@ -168,8 +180,11 @@ impl History {
     }
 
     pub(crate) fn deliver(&mut self, (unit, epoch, worker): (u32, u32, WorkerId), wrong: bool) {
-        let before = *self.job.unit(unit).unwrap();
         let result = result(unit, wrong);
+        let Some(before) = self.job.unit(unit).copied() else {
+            let actions = self.apply(Event::Delivered { unit, epoch, worker, result });
+            return assert_eq!(actions, [Action::Answer(Answer::Superseded)], "nothing counts beyond the end of a frame");
+        };
         let due = self.job.awaits(unit, epoch);
         let actions = self.apply(Event::Delivered { unit, epoch, worker, result });
         let again = before.epoch == epoch && before.state == UnitState::Done { content: result.content };
@@ -187,7 +202,12 @@ impl History {
         let outcome = if works {
             let file = FileRecord { kind: FileKind::Exr, blob: Digest::of(b"image"), size: 5 };
             let statistics = Statistics::from_counts(&[16]);
-            Ok(Assembled { files: vec![file], seconds: Seconds::default(), estimated_relmse: Some(0.5), statistics })
+            Ok(Assembled {
+                files: vec![file],
+                seconds: Seconds::default(),
+                error: Some(Estimate { relmse: 0.5, low: 0.4, high: 0.6 }),
+                statistics,
+            })
         } else {
             Err("disk full".into())
         };
@@ -209,6 +229,24 @@ impl History {
             assert_eq!(self.job.guides(frame).len(), made + 1);
             let nothing = self.apply(Event::Guided { frame, round: made as u32 + 1, outcome: Err("too late".into()) });
             assert!(nothing.is_empty(), "a guide is made once");
+        }
+    }
+
+    /// Measures a frame that is to be measured: the first one in order.
+    fn measure(&mut self, relmse: f64, works: bool) {
+        let Some(frame) = (0..self.job.split.frames()).find(|frame| self.job.is_measured_now(*frame)) else { return };
+        let goal = self.job.frames[frame as usize].goal;
+        let of_frame = self.job.units.of_frame(frame);
+        assert_eq!(of_frame.len() as u32, self.job.split.passes_within(goal) * 4);
+        assert!(of_frame.iter().all(|unit| matches!(unit.state, UnitState::Done { .. })), "a frame is measured when its units are done");
+        let measured = Measured { samples: goal, error: Some(Estimate { relmse, low: 0.9 * relmse, high: 1.1 * relmse }), seconds: 0.5 };
+        let outcome = if works { Ok(measured) } else { Err("no memory".into()) };
+        self.apply(Event::Measured { frame, outcome });
+        if works {
+            let after = &self.job.frames[frame as usize];
+            assert_eq!((after.points.last().unwrap().samples, after.points.last().unwrap().error.relmse), (goal, relmse));
+            assert_eq!(after.stopped.is_some(), after.goal == goal, "it stops, or goes on");
+            assert!(self.apply(Event::Measured { frame, outcome: Ok(measured) }).is_empty(), "a check counts once");
         }
     }
 
@@ -249,6 +287,7 @@ impl History {
             }
             Step::Assemble { works } => self.assemble(*works),
             Step::Guide { works } => self.guide(*works),
+            Step::Measure { error, works } => self.measure(*error, *works),
             Step::Cancel => {
                 self.apply(Event::Cancelled);
                 assert!(self.job.state.is_final());
@@ -265,9 +304,13 @@ impl History {
                     assert_eq!(had, new.in_the_making(), "guides are made again, from the first one on");
                     assert!(new.made().is_empty());
                 }
+                let measured = |a: &&Action| matches!(a, Action::Do(Errand::Measure { .. }));
+                let pending = (0..job.split.frames()).filter(|frame| !job.state.is_final() && self.job.is_measured_now(*frame)).count();
+                assert_eq!(actions.iter().filter(measured).count(), pending, "measurements begin again");
                 assert_eq!((job.state, &job.error), (self.job.state, &self.job.error));
                 for (old, new) in self.job.frames.iter().zip(&job.frames) {
                     assert_eq!((old.state, old.units, old.samples), (new.state, new.units, new.samples));
+                    assert_eq!((old.goal, old.stopped, &old.points), (new.goal, new.stopped, &new.points), "decisions are kept");
                 }
                 self.job = job;
                 if self.job.state == JobState::Done {
@@ -284,23 +327,29 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn invariants_hold_through_any_history(steps in steps(), in_rounds: bool) {
-        let mut history = History::of(if in_rounds { record_in_rounds() } else { record("even") });
+    fn invariants_hold_through_any_history(steps in steps(), kind in 0..3) {
+        let records = [record("even"), record_in_rounds(), record_with_checks()];
+        let mut history = History::of(records[kind as usize].clone());
         for step in &steps {
             history.step(step);
         }
         // Whatever happened: a farm that works from here on finishes the job.
         while !history.job.state.is_final() {
-            let before = (history.job.units_done(), history.job.frames.iter().filter(|f| f.state == FrameState::Done).count());
+            let progress = |job: &Job| {
+                let done = job.frames.iter().filter(|f| f.state == FrameState::Done).count();
+                // A frame that is cut short loses units, and is assembled at once.
+                (done, job.frames.iter().map(|frame| frame.goal).sum::<u32>(), job.units_done())
+            };
+            let before = progress(&history.job);
             history.step(&Step::Pass { millis: 16_000 });
             history.guide(true);
+            history.measure(0.02, true);
             history.lease(1);
             if let Some(grant) = history.grants.last().copied() {
                 history.deliver(grant, false);
             }
             history.assemble(true);
-            let after = (history.job.units_done(), history.job.frames.iter().filter(|f| f.state == FrameState::Done).count());
-            prop_assert!(after > before || history.job.state.is_final(), "the job moves on");
+            prop_assert!(progress(&history.job) > before || history.job.state.is_final(), "the job moves on");
         }
     }
 }

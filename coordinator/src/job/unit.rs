@@ -41,27 +41,63 @@ pub enum UnitState {
     },
 }
 
-/// All units of a job, by number.
+/// The units of a job, by number. Of each frame there are the first ones only, as far as it is to go: a frame that stops early never
+/// has the others.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Units {
-    units: Vec<Unit>,
+    /// Numbers that each frame has.
+    per_frame: u32,
+    frames: Vec<Vec<Unit>>,
     ready: BTreeSet<u32>,
     leased: BTreeSet<u32>,
 }
 
 impl Units {
-    /// `count` units, all ready.
-    pub(super) fn ready_all(count: u32) -> Self {
+    /// Frames with room for so many units each, and no unit yet.
+    pub(super) fn closed(frames: u32, per_frame: u32) -> Self {
+        Self { per_frame, frames: vec![Vec::new(); frames as usize], ready: BTreeSet::new(), leased: BTreeSet::new() }
+    }
+
+    /// Makes the units of a frame up to the `upto`-th, ready where they are new.
+    pub(super) fn open(&mut self, frame: u32, upto: u32) {
+        let first = frame * self.per_frame;
+        let Some(units) = self.frames.get_mut(frame as usize) else { return };
+        let upto = upto.min(self.per_frame);
+        self.ready.extend(first + units.len() as u32..first + upto.max(units.len() as u32));
         let unit = Unit { state: UnitState::Ready, epoch: 0, failures: 0, losses: 0, failed_on: None };
-        Self { units: vec![unit; count as usize], ready: (0..count).collect(), leased: BTreeSet::new() }
+        units.resize(units.len().max(upto as usize), unit);
+    }
+
+    /// Takes away the units of a frame from the `upto`-th on: those that there were, with their numbers.
+    pub(super) fn close(&mut self, frame: u32, upto: u32) -> Vec<(u32, Unit)> {
+        let first = frame * self.per_frame;
+        let Some(units) = self.frames.get_mut(frame as usize) else { return Vec::new() };
+        let gone: Vec<(u32, Unit)> = (first + upto..).zip(units.drain((upto as usize).min(units.len())..)).collect();
+        for (index, _) in &gone {
+            self.ready.remove(index);
+            self.leased.remove(index);
+        }
+        gone
     }
 
     pub(super) fn get(&self, index: u32) -> Option<&Unit> {
-        self.units.get(index as usize)
+        let frame = index.checked_div(self.per_frame)?;
+        self.of_frame(frame).get((index % self.per_frame) as usize)
     }
 
-    pub(super) fn all(&self) -> &[Unit] {
-        &self.units
+    fn get_mut(&mut self, index: u32) -> Option<&mut Unit> {
+        let frame = index.checked_div(self.per_frame)?;
+        self.frames.get_mut(frame as usize)?.get_mut((index % self.per_frame) as usize)
+    }
+
+    /// The units of a frame, as far as there are any.
+    pub(super) fn of_frame(&self, frame: u32) -> &[Unit] {
+        self.frames.get(frame as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// All units with their numbers.
+    pub(super) fn all(&self) -> impl Iterator<Item = (u32, &Unit)> {
+        (0u32..).zip(&self.frames).flat_map(|(frame, units)| (frame * self.per_frame..).zip(units))
     }
 
     pub(super) fn ready(&self) -> &BTreeSet<u32> {
@@ -74,7 +110,7 @@ impl Units {
 
     /// Changes a unit without changing its state.
     pub(super) fn note(&mut self, index: u32, change: impl FnOnce(&mut Unit)) {
-        if let Some(unit) = self.units.get_mut(index as usize) {
+        if let Some(unit) = self.get_mut(index) {
             let state = unit.state;
             change(unit);
             unit.state = state;
@@ -83,7 +119,7 @@ impl Units {
 
     /// Puts a unit into a state, and into the set that goes with it.
     pub(super) fn set(&mut self, index: u32, state: UnitState) {
-        let Some(unit) = self.units.get_mut(index as usize) else { return };
+        let Some(unit) = self.get_mut(index) else { return };
         unit.state = state;
         let (ready, leased) = match state {
             UnitState::Ready => (true, false),

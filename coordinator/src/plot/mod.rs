@@ -1,10 +1,14 @@
 //! Plots as SVG: curves with bands and levels over logarithmic axes, readable on light and on dark ground.
 //!
-//! `Plot` says what is to be seen, `draw` puts it on paper, `axis` labels powers of ten, `theme` has the colours.
+//! `Plot` says what is to be seen, `draw` puts it on paper, `axis` labels powers of ten, `theme` has the colours,
+//! `accuracy` is the plot of a frame's error.
 
+mod accuracy;
 mod axis;
 mod draw;
 mod theme;
+
+pub use accuracy::accuracy;
 
 /// A plot over two logarithmic axes.
 #[derive(Clone, Debug, Default, PartialEq)]

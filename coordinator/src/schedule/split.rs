@@ -33,26 +33,30 @@ pub struct Place {
 
 /// A job of more units than can be numbered in 32 bits, or than a coordinator should hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the job falls into {found} units, at most {} are allowed: use larger tiles, fewer frames or fewer samples", Split::MOST)]
+#[error("the job falls into {found} units, at most {most} are allowed: use larger tiles, fewer frames or fewer samples")]
 pub struct TooManyUnits {
     found: u128,
+    most: u32,
 }
 
 impl Split {
     /// Most units of one job.
     pub const MOST: u32 = 16 << 20;
+    /// Most numbers for units of a job whose frames may stop early: few of them ever become units.
+    pub const MOST_NUMBERS: u32 = 1 << 31;
 
     /// The units of `frames` frames from `first_frame` on, with tiles of at most `edge × edge` pixels: rounded up to the plan's grain,
     /// so that no group of pixels is rendered for two tiles.
     ///
     /// # Errors
-    /// If they are more than [`Split::MOST`].
+    /// If they are more than [`Split::MOST`], or [`Split::MOST_NUMBERS`] where frames may stop early.
     pub fn new(plan: &Plan, first_frame: u32, frames: u32, edge: u32) -> Result<Self, TooManyUnits> {
         let edge = edge.div_ceil(plan.grain()).max(1).saturating_mul(plan.grain());
         let columns = u128::from(plan.extent.width.div_ceil(edge)) * u128::from(plan.extent.height.div_ceil(edge));
         let found = columns * u128::from(plan.pass_count()) * u128::from(frames);
-        if found > u128::from(Self::MOST) {
-            return Err(TooManyUnits { found });
+        let most = if plan.stop.ends_early() { Self::MOST_NUMBERS } else { Self::MOST };
+        if found > u128::from(most) {
+            return Err(TooManyUnits { found, most });
         }
         let passes = plan.passes();
         let steers = |round| passes.partition_point(|pass| pass.slice.is_none() && pass.samples.end() <= plan.even_before(round)) as u32;
@@ -73,6 +77,16 @@ impl Split {
     /// Passes over every tile, in the order of their sums.
     pub fn passes(&self) -> &[Pass] {
         &self.passes
+    }
+
+    /// How many of a frame's first passes lie within so many samples per pixel.
+    pub fn passes_within(&self, samples: u32) -> u32 {
+        self.passes.partition_point(|pass| pass.samples.end() <= samples) as u32
+    }
+
+    /// Units of one pass over a frame.
+    pub fn units_per_pass(&self) -> u32 {
+        self.tiles.len() as u32
     }
 
     /// For the guide of each round from 1 on, how many of a frame's first passes steer it. Empty where samples are placed evenly.
@@ -99,8 +113,12 @@ impl Split {
 
     /// Camera samples of one frame. Guided ones are placed exactly as many as planned, over the frame; each unit counts as the mean.
     pub fn samples_per_frame(&self) -> u64 {
-        let pixels: u64 = self.tiles.iter().map(|tile| tile.pixels() as u64).sum();
-        pixels * self.passes.iter().map(|pass| u64::from(pass.samples.count)).sum::<u64>()
+        self.pixels() * self.passes.iter().map(|pass| u64::from(pass.samples.count)).sum::<u64>()
+    }
+
+    /// Pixels of a frame.
+    pub fn pixels(&self) -> u64 {
+        self.tiles.iter().map(|tile| tile.pixels() as u64).sum()
     }
 
     /// Where a unit lies. The unit must be one of the job's.
@@ -135,7 +153,7 @@ impl Split {
 pub(crate) mod tests {
     use super::*;
     use gradfarm_core::lattice::Extent;
-    use gradfarm_core::plan::{ReconstructionKind, ShiftKind, Technique};
+    use gradfarm_core::plan::{ReconstructionKind, ShiftKind, Stop, Technique};
     use proptest::prelude::*;
 
     /// A plan over a film of the given size.
@@ -156,6 +174,7 @@ pub(crate) mod tests {
             reuse_edge: 6,
             links: 8,
             rounds: 1,
+            stop: Stop::default(),
             reasons: vec!["made for a test".into()],
         }
     }
@@ -220,5 +239,10 @@ pub(crate) mod tests {
     fn a_job_of_too_many_units_is_refused() {
         let error = Split::new(&plan(60_000, 4_000, 1 << 30), 0, u32::MAX, 1).unwrap_err();
         assert!(error.to_string().contains("larger tiles"), "{error}");
+        let stop = Stop { error: Some(0.01), ..Stop::default() };
+        let open_ended = Plan { stop, ..plan(1920, 1080, 65_536) };
+        let split = Split::new(&open_ended, 0, 100, 32).unwrap();
+        assert!(split.units() > Split::MOST && split.passes_within(32) == 2 && split.passes_within(33) == 2);
+        assert!(Split::new(&open_ended, 0, 10_000, 32).is_err());
     }
 }

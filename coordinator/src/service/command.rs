@@ -9,7 +9,7 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::dispatch::Dispatcher;
 use crate::error::Error;
-use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, WorkerId};
+use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, Measured, WorkerId};
 
 /// One thing to do. Answers are sent after everything they rest on is durable.
 pub(crate) enum Command {
@@ -35,6 +35,8 @@ pub(crate) enum Command {
     Deliver { worker: WorkerId, lease: LeaseName, result: DeliveredRecord, reply: oneshot::Sender<Answer> },
     /// A frame was assembled, or could not be.
     Assembled { job: JobId, frame: u32, outcome: Result<Assembled, String> },
+    /// A frame's error was measured, or could not be.
+    Measured { job: JobId, frame: u32, outcome: Result<Measured, String> },
     /// A round's guide was made, or could not be.
     Guided { job: JobId, frame: u32, round: u32, outcome: Result<Arc<Guide>, String> },
 }

@@ -200,6 +200,9 @@ impl Dispatcher {
             Command::Assembled { job, frame, outcome } => {
                 self.apply(job, Event::Assembled { frame, outcome }, turn);
             }
+            Command::Measured { job, frame, outcome } => {
+                self.apply(job, Event::Measured { frame, outcome }, turn);
+            }
             Command::Guided { job, frame, round, outcome } => {
                 self.apply(job, Event::Guided { frame, round, outcome }, turn);
             }
@@ -282,10 +285,14 @@ impl Dispatcher {
 
     fn expire(&mut self, turn: &mut Turn) {
         let now = self.now();
-        let overdue = |job: &Job| job.leased().any(|(_, unit)| matches!(unit.state, job::UnitState::Leased { until, .. } if until <= now));
-        let due: Vec<JobId> = self.open.iter().copied().filter(|id| self.jobs.get(id).is_some_and(overdue)).collect();
-        for job in due {
-            tracing::warn!(%job, "leases ran out");
+        let lapsed = |job: &Job| job.leased().any(|(_, unit)| matches!(unit.state, job::UnitState::Leased { until, .. } if until <= now));
+        let due = |job: &Job| (lapsed(job), job.has_frames_out_of_time(now));
+        let due: Vec<(JobId, (bool, bool))> =
+            self.open.iter().filter_map(|id| Some((*id, due(self.jobs.get(id)?)))).filter(|(_, due)| *due != (false, false)).collect();
+        for (job, (lapsed, _)) in due {
+            if lapsed {
+                tracing::warn!(%job, "leases ran out");
+            }
             self.apply(job, Event::Expired, turn);
         }
     }

@@ -15,7 +15,7 @@ use super::command::Command;
 use super::dispatch::Dispatcher;
 use super::look;
 use super::submission::Submission;
-use super::view::{JobEvent, JobSummary, JobView, TileView, WorkerView};
+use super::view::{AccuracyView, JobEvent, JobSummary, JobView, TileView, WorkerView};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::job::{FileKind, JobId};
@@ -89,6 +89,15 @@ impl Handle {
     pub async fn tiles(&self, job: JobId, frame: u32) -> Result<Vec<TileView>, Error> {
         let tiles = move |dispatcher: &mut Dispatcher| dispatcher.jobs.get(&job).map(|found| look::tiles(found, frame));
         self.look(tiles).await?.ok_or(Error::NoJob(job))?
+    }
+
+    /// What accuracy cost in a frame so far, and what more of it would cost.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`], [`Error::NoFrame`].
+    pub async fn accuracy(&self, job: JobId, frame: u32) -> Result<AccuracyView, Error> {
+        let accuracy = move |dispatcher: &mut Dispatcher| dispatcher.jobs.get(&job).map(|found| look::accuracy(found, frame));
+        self.look(accuracy).await?.ok_or(Error::NoJob(job))?
     }
 
     /// Calls a job off. Cancelling a cancelled job changes nothing.

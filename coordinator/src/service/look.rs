@@ -1,6 +1,8 @@
 //! Views of jobs for people.
 
-use super::view::{Count, FrameView, JobEvent, JobSummary, JobView, TileView};
+use gradfarm_core::accuracy::Curve;
+
+use super::view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView};
 use crate::clock::Timestamp;
 use crate::error::Error;
 use crate::job::{FrameState, Job, News, Seconds, UnitState};
@@ -26,14 +28,17 @@ pub(super) fn summary(job: &Job) -> JobSummary {
 
 /// A job in full.
 pub(super) fn view(job: &Job) -> JobView {
-    let frame = |(position, frame): (usize, &crate::job::Frame)| FrameView {
-        number: job.record.first_frame + position as u32,
+    let frame = |(position, frame): (u32, &crate::job::Frame)| FrameView {
+        number: job.record.first_frame + position,
         state: frame.state,
-        units: Count { done: u64::from(frame.units), total: u64::from(job.split.units_per_frame()) },
-        samples: Count { done: frame.samples, total: job.split.samples_per_frame() },
+        units: Count { done: u64::from(frame.units), total: expected(job, position).0 },
+        samples: Count { done: frame.samples, total: expected(job, position).1 },
         seconds: frame.seconds,
         estimated_relmse: frame.estimated_relmse,
         statistics: frame.statistics,
+        samples_per_pixel: frame.goal,
+        stopped: frame.stopped,
+        error: frame.points.last().map(|point| point.error),
     };
     let mut seconds = Seconds::default();
     job.frames.iter().for_each(|frame| seconds += frame.seconds);
@@ -43,10 +48,36 @@ pub(super) fn view(job: &Job) -> JobView {
         plan: job.record.plan.clone(),
         scene: job.record.scene,
         tile: job.record.tile,
-        frames: job.frames.iter().enumerate().map(frame).collect(),
+        frames: (0..).zip(&job.frames).map(frame).collect(),
         seconds,
         statistics: job.statistics(),
     }
+}
+
+/// What accuracy cost in a frame.
+pub(super) fn accuracy(job: &Job, number: u32) -> Result<AccuracyView, Error> {
+    let position = position(job, number)?;
+    let frame = &job.frames[position as usize];
+    Ok(AccuracyView {
+        name: job.record.name.clone(),
+        frame: number,
+        state: frame.state,
+        stop: job.record.plan.stop,
+        most_samples: job.record.plan.samples,
+        expected_samples: job.expected_samples(position),
+        stopped: frame.stopped,
+        curve: Curve::of(frame.points.clone()),
+    })
+}
+
+/// Units and camera samples that a frame will have, as far as one can tell.
+fn expected(job: &Job, position: u32) -> (u64, u64) {
+    let samples = job.expected_samples(position);
+    // Whole passes: the last one may lie beyond what is expected.
+    let passes = job.split.passes();
+    let count = passes.partition_point(|pass| pass.samples.first < samples);
+    let samples = count.checked_sub(1).and_then(|last| passes.get(last)).map_or(0, |pass| pass.samples.end());
+    (count as u64 * u64::from(job.split.units_per_pass()), job.split.pixels() * u64::from(samples))
 }
 
 /// From the job's first lease to its last result [s].
@@ -60,7 +91,7 @@ fn span(job: &Job) -> f64 {
 pub(super) fn tiles(job: &Job, number: u32) -> Result<Vec<TileView>, Error> {
     let position = position(job, number)?;
     let whole = job.frames[position as usize].state == FrameState::Done;
-    let passes = job.split.passes().len() as u32;
+    let passes = job.split.passes_within(job.frames[position as usize].goal);
     let view = |(index, tile): (usize, &gradfarm_core::lattice::Tile)| {
         let mut view = TileView { tile: *tile, units: Count { done: 0, total: u64::from(passes) }, leased: 0 };
         for pass in 0..passes {
@@ -106,9 +137,10 @@ pub(super) fn events(job: &Job, news: News, now: Timestamp) -> Vec<JobEvent> {
         News::Frame(position) => {
             vec![JobEvent::Frame { frame: job.record.first_frame + position, state: job.frames[position as usize].state }]
         }
+        News::Accuracy(position) => accuracy_event(job, position).into_iter().chain([progress_event(job, now)]).collect(),
         News::Tile { frame, tile } => {
             let number = job.record.first_frame + frame;
-            let passes = job.split.passes().len() as u32;
+            let passes = job.split.passes_within(job.frames[frame as usize].goal);
             let done = |pass: &u32| {
                 let unit = job.unit(job.split.unit(Place { frame, pass: *pass, tile }));
                 unit.is_some_and(|unit| matches!(unit.state, UnitState::Done { .. }))
@@ -120,11 +152,32 @@ pub(super) fn events(job: &Job, news: News, now: Timestamp) -> Vec<JobEvent> {
 }
 
 fn units(job: &Job) -> Count {
-    Count { done: job.units_done(), total: u64::from(job.split.units()) }
+    Count { done: job.units_done(), total: total(job, u64::from(job.split.units()), |expected| expected.0) }
 }
 
 fn samples(job: &Job) -> Count {
-    Count { done: job.samples_done(), total: job.split.samples_per_frame() * u64::from(job.split.frames()) }
+    Count {
+        done: job.samples_done(),
+        total: total(job, job.split.samples_per_frame() * u64::from(job.split.frames()), |expected| expected.1),
+    }
+}
+
+/// A sum over the frames, as far as it can be told; `all` where each frame has all its samples.
+fn total(job: &Job, all: u64, of: impl Fn((u64, u64)) -> u64) -> u64 {
+    if !job.record.plan.stop.ends_early() {
+        return all;
+    }
+    (0..job.split.frames()).map(|position| of(expected(job, position))).sum()
+}
+
+/// The event of a frame's last point.
+fn accuracy_event(job: &Job, position: u32) -> Option<JobEvent> {
+    let frame = &job.frames[position as usize];
+    let point = *frame.points.last()?;
+    let curve = Curve::of(frame.points.clone());
+    let more = f64::from(job.expected_samples(position).saturating_sub(point.samples));
+    let seconds_left = curve.cost.filter(|_| frame.stopped.is_none()).map(|cost| cost.each * more);
+    Some(JobEvent::Accuracy { frame: job.record.first_frame + position, point, target: job.record.plan.stop.error, seconds_left })
 }
 
 /// Whether an event ends a watcher's stream.

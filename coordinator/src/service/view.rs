@@ -1,5 +1,6 @@
 //! What can be seen of jobs, frames, tiles and workers from outside.
 
+use gradfarm_core::accuracy::{Curve, Estimate, Point, Reason, Stop};
 use gradfarm_core::film::Statistics;
 use gradfarm_core::lattice::Tile;
 use gradfarm_core::plan::Plan;
@@ -37,9 +38,9 @@ pub struct JobSummary {
     pub finished: Option<Timestamp>,
     /// Frames.
     pub frames: Count,
-    /// Units of work.
+    /// Units of work; an estimate of the total where frames may stop early.
     pub units: Count,
-    /// Camera samples: pixels × samples per pixel × frames.
+    /// Camera samples: pixels × samples per pixel × frames. The total is an estimate where frames may stop early.
     pub samples: Count,
 }
 
@@ -79,6 +80,33 @@ pub struct FrameView {
     pub estimated_relmse: Option<f64>,
     /// Counters summed over its units; zero until it is assembled.
     pub statistics: Statistics,
+    /// Samples per pixel of its image, or to which it is being rendered.
+    pub samples_per_pixel: u32,
+    /// Why it went no further, where it might have.
+    pub stopped: Option<Reason>,
+    /// The error that was measured last.
+    pub error: Option<Estimate>,
+}
+
+/// What accuracy cost in a frame, and what more of it would cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AccuracyView {
+    /// The job's name for people.
+    pub name: String,
+    /// Frame number.
+    pub frame: u32,
+    /// Where it stands.
+    pub state: FrameState,
+    /// When it stops.
+    pub stop: Stop,
+    /// Most samples per pixel.
+    pub most_samples: u32,
+    /// With how many samples per pixel it will stop, as far as one can tell.
+    pub expected_samples: u32,
+    /// Why it stopped, where it might have gone on.
+    pub stopped: Option<Reason>,
+    /// The points and the laws through them.
+    pub curve: Curve,
 }
 
 /// A tile of a frame.
@@ -144,6 +172,17 @@ pub enum JobEvent {
         tile: u32,
         /// Passes.
         units: Count,
+    },
+    /// The error of a frame was measured.
+    Accuracy {
+        /// Frame number.
+        frame: u32,
+        /// What was found.
+        point: Point,
+        /// The error to reach.
+        target: Option<f64>,
+        /// Wall-clock time until the frame stops, as far as one can tell [s].
+        seconds_left: Option<f64>,
     },
     /// A frame changed its state.
     Frame {

@@ -8,7 +8,8 @@ use proptest::test_runner::TestRunner;
 use super::*;
 use crate::job::{Frame, FrameState, JobRecord, JobState, Seconds, StoredUnit, Timestamp, WorkerId};
 
-use crate::job::tests::{History, record, result, steps};
+use crate::job::tests::{History, record, record_with_checks, result, steps};
+use gradfarm_core::accuracy::{Estimate, Point, Reason};
 use gradfarm_core::film::Statistics;
 use gradfarm_proto::Digest;
 
@@ -48,6 +49,7 @@ suite!(
     a_batch_is_kept_whole_or_not_at_all,
     frames_and_files_are_replaced,
     nothing_is_kept_of_unknown_jobs,
+    points_come_back_with_their_frame,
     done_jobs_come_without_units,
     any_history_reads_the_same,
 );
@@ -164,6 +166,9 @@ fn frame(state: FrameState) -> Frame {
         seconds: Seconds { load: 0.1, compile: 0.2, render: 0.3, render_span: 0.4, stitch: 0.5, reconstruct: 0.6, write: 0.7 },
         estimated_relmse: None,
         statistics: Statistics::from_counts(&[1, 2, u64::MAX]),
+        goal: 20,
+        stopped: None,
+        points: Vec::new(),
     }
 }
 
@@ -194,6 +199,27 @@ async fn frames_and_files_are_replaced(store: &dyn Store) {
     }
 }
 
+async fn points_come_back_with_their_frame(store: &dyn Store) {
+    let record = record("points");
+    let job = record.id;
+    let point = |samples: u32| Point {
+        samples,
+        cpu_seconds: f64::from(samples) / 3.0,
+        wall_seconds: 1e9,
+        check_seconds: 0.0,
+        error: Estimate { relmse: 1e-3, low: 0.0, high: f64::MAX },
+    };
+    let keep = |position, frame: &Frame| Change::Frame { job, position, frame: Box::new(frame.clone()) };
+    let first = Frame { goal: 64, points: vec![point(32)], ..frame(FrameState::Rendering) };
+    store.commit(&[submitted(&record), keep(1, &first), keep(0, &frame(FrameState::Waiting))]).await.unwrap();
+    assert_eq!(store.jobs().await.unwrap()[0].frames, [(0, frame(FrameState::Waiting)), (1, first.clone())]);
+    for stopped in Reason::ALL {
+        let last = Frame { goal: 96, stopped: Some(stopped), points: vec![point(32), point(64), point(96)], ..first.clone() };
+        store.commit(&[keep(1, &last)]).await.unwrap();
+        assert_eq!(store.jobs().await.unwrap()[0].frames[1], (1, last));
+    }
+}
+
 async fn nothing_is_kept_of_unknown_jobs(store: &dyn Store) {
     let job = JobId::fresh();
     refused(store, Change::Job { job, state: JobState::Running, error: None, started: None, finished: None }).await;
@@ -217,11 +243,11 @@ async fn done_jobs_come_without_units(store: &dyn Store) {
 /// What the machine does in random histories reads the same from this store as from the twin in memory.
 async fn any_history_reads_the_same(store: &dyn Store) {
     let mut runner = TestRunner::deterministic();
-    for _ in 0..20 {
+    for with_checks in [false, true].into_iter().cycle().take(20) {
         let steps = steps().new_tree(&mut runner).unwrap().current();
         // The history waits for its own store, which must not be done on this thread's runtime.
         let (changes, expected) = tokio::task::spawn_blocking(move || {
-            let mut history = History::new();
+            let mut history = if with_checks { History::of(record_with_checks()) } else { History::new() };
             steps.iter().for_each(|step| history.step(step));
             (history.changes.clone(), history.stored())
         })

@@ -42,6 +42,15 @@ impl Curve {
         self.points.last()
     }
 
+    /// For each point what it would have taken alone, without the checks before it [s].
+    pub fn seconds(&self) -> impl Iterator<Item = f64> {
+        self.points.iter().scan(0.0, |checks, point| {
+            let own = (point.wall_seconds - *checks).max(0.0);
+            *checks += point.check_seconds;
+            Some(own)
+        })
+    }
+
     /// What an error > 0 costs from the beginning. `None` where there is no fit.
     pub fn price(&self, relmse: f64) -> Option<Price> {
         let (fit, cost) = (self.fit?, self.cost?);
@@ -81,6 +90,7 @@ mod tests {
     #[test]
     fn prices_follow_the_laws() {
         let curve = Curve::of([256, 16, 64].map(|n| point(n, 1.0, -1.0, 0.05)).to_vec());
+        assert!(curve.seconds().zip([2.1, 6.9, 26.1]).all(|(found, expected)| (found - expected).abs() < 1e-9));
         assert_eq!(curve.last().unwrap().samples, 256);
         let price = curve.price(0.01).unwrap();
         assert!((price.samples - 100.0).abs() < 1e-6 && (price.seconds - 10.5).abs() < 1e-6 && (price.cpu_seconds - 20.0).abs() < 1e-6);

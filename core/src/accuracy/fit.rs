@@ -24,8 +24,8 @@ impl Fit {
     /// The line through the logarithms, by least squares weighted with the points' intervals and the slope's expectation: one point
     /// is enough. `None` without a point whose error is above 0.
     pub fn of(points: &[Point]) -> Option<Self> {
-        let usable = points.iter().filter(|point| point.is_sound() && point.relmse > 0.0);
-        let rows: Vec<[f64; 3]> = usable.map(|p| [weight(p), libm::log(f64::from(p.samples)), libm::log(p.relmse)]).collect();
+        let usable = points.iter().filter(|point| point.is_sound() && point.error.relmse > 0.0);
+        let rows: Vec<[f64; 3]> = usable.map(|p| [weight(p), libm::log(f64::from(p.samples)), libm::log(p.error.relmse)]).collect();
         let all: f64 = rows.iter().map(|[w, ..]| w).sum();
         if all <= 0.0 {
             return None;
@@ -52,7 +52,8 @@ impl Fit {
 
 /// One over the variance of ln(relMSE), as the interval tells it.
 fn weight(point: &Point) -> f64 {
-    let spread = if point.low > 0.0 { libm::log(point.high / point.low) / (2.0 * 1.96) } else { point.high / point.relmse / 1.96 };
+    let error = point.error;
+    let spread = if error.low > 0.0 { libm::log(error.high / error.low) / (2.0 * 1.96) } else { error.high / error.relmse / 1.96 };
     let spread = if spread.is_finite() { spread.max(Fit::LEAST) } else { 1.0 };
     1.0 / (spread * spread)
 }
@@ -92,6 +93,7 @@ impl Cost {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::super::Estimate;
     use super::*;
 
     /// A point on relmse = scale · n^slope, with an interval of ± `spread`.
@@ -103,9 +105,7 @@ pub(super) mod tests {
             cpu_seconds: 0.2 * f64::from(samples),
             wall_seconds: seconds,
             check_seconds: 0.0,
-            relmse,
-            low: relmse * (1.0 - spread),
-            high: relmse * (1.0 + spread),
+            error: Estimate { relmse, low: relmse * (1.0 - spread), high: relmse * (1.0 + spread) },
         }
     }
 
@@ -114,7 +114,7 @@ pub(super) mod tests {
         let points: Vec<Point> = [32, 64, 128, 512, 4096].map(|n| point(n, 3.0, -0.8, 0.03)).to_vec();
         let fit = Fit::of(&points).unwrap();
         assert!((fit.slope + 0.8).abs() < 0.01, "{fit:?}");
-        assert!((fit.relmse_at(1000.0) / points[0].relmse - libm::pow(1000.0 / 32.0, -0.8)).abs() < 0.01);
+        assert!((fit.relmse_at(1000.0) / points[0].error.relmse - libm::pow(1000.0 / 32.0, -0.8)).abs() < 0.01);
         assert!((fit.samples_for(fit.relmse_at(700.0)) - 700.0).abs() < 1e-6);
     }
 
@@ -127,11 +127,12 @@ pub(super) mod tests {
 
     #[test]
     fn noise_does_not_turn_the_slope_around() {
-        let worse = [point(32, 1.0, -1.0, 0.8), Point { relmse: 0.9, low: 0.1, high: 2.0, ..point(64, 1.0, -1.0, 0.8) }];
+        let with = |error| Point { error, ..point(64, 1.0, -1.0, 0.8) };
+        let worse = [point(32, 1.0, -1.0, 0.8), with(Estimate { relmse: 0.9, low: 0.1, high: 2.0 })];
         assert!(Fit::of(&worse).unwrap().slope < -0.5);
         assert_eq!(Fit::of(&[]), None);
-        assert_eq!(Fit::of(&[Point { relmse: 0.0, ..point(64, 1.0, -1.0, 0.1) }]), None);
-        assert_eq!(Fit::of(&[Point { relmse: f64::NAN, ..point(64, 1.0, -1.0, 0.1) }]), None);
+        assert_eq!(Fit::of(&[with(Estimate { relmse: 0.0, low: 0.0, high: 0.0 })]), None);
+        assert_eq!(Fit::of(&[with(Estimate { relmse: f64::NAN, low: 0.0, high: 0.0 })]), None);
     }
 
     #[test]

@@ -10,5 +10,5 @@ mod verdict;
 
 pub use curve::{Curve, Price};
 pub use fit::{Cost, Fit};
-pub use point::{Point, Stop};
-pub use verdict::{Reason, Verdict, first_check, verdict};
+pub use point::{Estimate, Point, Stop};
+pub use verdict::{Reason, Verdict, expected_samples, first_check, verdict};

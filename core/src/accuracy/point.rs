@@ -1,5 +1,23 @@
 //! One point of the curve, and the rule by which a frame stops.
 
+/// An image's error, as far as it can be told without a reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Estimated relMSE [1].
+    pub relmse: f64,
+    /// Lower end of its 95 % confidence interval [1].
+    pub low: f64,
+    /// Upper end of it [1].
+    pub high: f64,
+}
+
+impl Estimate {
+    /// Whether all of its numbers can be reckoned with.
+    pub fn is_sound(&self) -> bool {
+        [self.relmse, self.low, self.high].into_iter().all(|value| value.is_finite() && value >= 0.0)
+    }
+}
+
 /// The error of a frame's image at so many samples, and what it took to get there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
@@ -11,20 +29,15 @@ pub struct Point {
     pub wall_seconds: f64,
     /// Part of `wall_seconds` in which results were added up, and the image was reconstructed and judged [s].
     pub check_seconds: f64,
-    /// Estimated relMSE of the image [1].
-    pub relmse: f64,
-    /// Lower end of the estimate's 95 % confidence interval [1].
-    pub low: f64,
-    /// Upper end of it [1].
-    pub high: f64,
+    /// The image's error.
+    pub error: Estimate,
 }
 
 impl Point {
     /// Whether all of its numbers can be reckoned with.
     pub fn is_sound(&self) -> bool {
         let seconds = [self.cpu_seconds, self.wall_seconds, self.check_seconds];
-        let errors = [self.relmse, self.low, self.high];
-        self.samples > 0 && seconds.into_iter().chain(errors).all(|value| value.is_finite() && value >= 0.0)
+        self.samples > 0 && self.error.is_sound() && seconds.into_iter().all(|value| value.is_finite() && value >= 0.0)
     }
 }
 
@@ -55,6 +68,6 @@ impl Stop {
 
     /// Whether a point is good enough: the estimate is at the target or below, and the interval not far above it.
     pub fn is_met_by(&self, point: &Point) -> bool {
-        self.error.is_some_and(|target| point.is_sound() && point.relmse <= target && point.high <= Self::SURE * target)
+        self.error.is_some_and(|target| point.is_sound() && point.error.relmse <= target && point.error.high <= Self::SURE * target)
     }
 }

@@ -94,7 +94,7 @@ pub fn verdict(stop: &Stop, cap: u32, batch: u32, points: &[Point]) -> Verdict {
 /// Samples per pixel with which the target should be met, by the law through all points and by the last interval.
 fn needed(target: f64, last: &Point, points: &[Point]) -> Option<f64> {
     let fit = Fit::of(points)?;
-    let excess = (last.high / (Stop::SURE * target)).max(last.relmse / target);
+    let excess = (last.error.high / (Stop::SURE * target)).max(last.error.relmse / target);
     let by_last = if last.is_sound() && excess > 1.0 { f64::from(last.samples) * libm::pow(excess, -1.0 / fit.slope) } else { 0.0 };
     Some(MARGIN * fit.samples_for(target).max(by_last))
 }
@@ -106,6 +106,20 @@ fn affordable(budget: f64, last: &Point, points: &[Point]) -> f64 {
     if left <= 0.0 { 0.0 } else { left / cost.each.max(1e-9) }
 }
 
+/// With how many samples per pixel a frame will stop, as far as its points tell: for progress and for people, nothing depends on it.
+/// `open` of them are being rendered.
+pub fn expected_samples(stop: &Stop, cap: u32, open: u32, points: &[Point]) -> u32 {
+    let by_error = stop.error.zip(points.last()).and_then(|(target, last)| needed(target, last, points));
+    let by_time = stop.seconds.zip(Cost::of(points)).map(|(budget, cost)| (budget - cost.fixed) / cost.each.max(1e-9));
+    let end = match (by_error, by_time) {
+        (Some(error), Some(time)) => error.min(time),
+        (Some(samples), None) | (None, Some(samples)) => samples,
+        (None, None) if stop.ends_early() => f64::from(open),
+        (None, None) => f64::from(cap),
+    };
+    (end.clamp(0.0, f64::from(u32::MAX)) as u32).clamp(open.min(cap), cap)
+}
+
 /// Rounded up to whole batches.
 fn whole(samples: f64, batch: u32) -> u32 {
     let batch = f64::from(batch.max(1));
@@ -114,6 +128,7 @@ fn whole(samples: f64, batch: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Estimate;
     use super::super::fit::tests::point;
     use super::*;
 
@@ -153,7 +168,7 @@ mod tests {
         let (checks, _) = run(&until(0.01), CAP, |n| point(n, 1.0, -1.0, 0.9));
         // Estimate at the target with 100 samples; 1.9 times it is within 1.3 times the target with 147.
         assert!((147..200).contains(checks.last().unwrap()), "{checks:?}");
-        let lucky = Point { relmse: 0.001, low: 0.0, high: 0.9, ..point(32, 1.0, -1.0, 0.0) };
+        let lucky = Point { error: Estimate { relmse: 0.001, low: 0.0, high: 0.9 }, ..point(32, 1.0, -1.0, 0.0) };
         assert!(matches!(verdict(&until(0.01), CAP, 16, &[lucky]), Verdict::Continue { .. }));
     }
 
@@ -184,10 +199,22 @@ mod tests {
     }
 
     #[test]
+    fn the_end_is_told_in_advance() {
+        let points = [32, 64].map(|n| point(n, 1.0, -1.0, 0.05));
+        let expected = |stop: &Stop| expected_samples(stop, CAP, 128, &points);
+        assert!((1000..1100).contains(&expected(&until(1e-3))), "{}", expected(&until(1e-3)));
+        assert_eq!((expected(&until(0.5)), expected(&until(1e-12))), (128, CAP));
+        let timed = Stop { seconds: Some(40.5), ..Stop::default() };
+        assert!((399..=401).contains(&expected(&timed)));
+        assert_eq!(expected(&Stop { error: Some(1e-3), ..timed }), expected(&timed));
+        assert_eq!((expected_samples(&timed, CAP, 32, &[]), expected_samples(&Stop::default(), 64, 64, &[])), (32, 64));
+    }
+
+    #[test]
     fn an_error_of_nothing_is_reached_and_nonsense_is_not() {
-        let black = Point { relmse: 0.0, low: 0.0, high: 0.0, ..point(32, 1.0, -1.0, 0.0) };
+        let black = Point { error: Estimate { relmse: 0.0, low: 0.0, high: 0.0 }, ..point(32, 1.0, -1.0, 0.0) };
         assert_eq!(verdict(&until(0.01), CAP, 16, &[black]), Verdict::Stop(Reason::Error));
-        let broken = Point { relmse: f64::NAN, ..black };
+        let broken = Point { error: Estimate { relmse: f64::NAN, ..black.error }, ..black };
         assert_eq!(verdict(&until(0.01), CAP, 16, &[broken]), Verdict::Continue { samples: 64 });
     }
 

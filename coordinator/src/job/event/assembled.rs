@@ -1,5 +1,7 @@
 //! A frame is finished, or cannot be.
 
+use gradfarm_core::accuracy::Estimate;
+
 use super::Assembled;
 use crate::clock::Timestamp;
 use crate::job::{Action, Change, FrameState, Job, JobState, News};
@@ -19,8 +21,17 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, Str
     frame.seconds.stitch = assembled.seconds.stitch;
     frame.seconds.reconstruct = assembled.seconds.reconstruct;
     frame.seconds.write = assembled.seconds.write;
-    frame.estimated_relmse = assembled.estimated_relmse;
+    frame.estimated_relmse = assembled.error.map(|error| error.relmse);
     frame.statistics = assembled.statistics;
+    // Where it stopped at a check, that was the last point already.
+    if let Some(error) = assembled.error.filter(Estimate::is_sound)
+        && frame.points.last().is_none_or(|point| point.samples < frame.goal)
+    {
+        let mut point = frame.point(error, assembled.seconds.stitch + assembled.seconds.reconstruct, now);
+        // The image was there before its files were.
+        point.wall_seconds = (point.wall_seconds - assembled.seconds.write).max(0.0);
+        frame.points.push(point);
+    }
     let job_id = job.record.id;
     let mut actions: Vec<Action> =
         assembled.files.into_iter().map(|file| Action::Keep(Change::File { job: job_id, position, file })).collect();

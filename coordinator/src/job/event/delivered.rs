@@ -3,7 +3,7 @@
 use crate::clock::Timestamp;
 use crate::job::record::DeliveredRecord;
 use crate::job::unit::UnitState;
-use crate::job::{Action, Answer, Change, Errand, FrameState, Job, News, Seconds, WorkerId};
+use crate::job::{Action, Answer, Change, Errand, Job, News, Seconds, WorkerId};
 
 pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, result: DeliveredRecord, now: Timestamp) -> Vec<Action> {
     let superseded = vec![Action::Answer(Answer::Superseded)];
@@ -26,7 +26,6 @@ pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, resu
     ];
     let place = job.split.place(unit);
     let samples = job.split.samples(unit);
-    let all = job.split.units_per_frame();
     let frame = &mut job.frames[place.frame as usize];
     frame.units += 1;
     frame.samples += samples;
@@ -36,12 +35,10 @@ pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, resu
     let guides = &mut job.guides[place.frame as usize];
     guides.done(&job.split, place.pass);
     actions.extend(guides.next(place.frame).map(Action::Do));
-    if frame.units == all {
-        guides.drop_all();
-        frame.state = FrameState::Assembling;
-        actions.push(job.kept_frame(place.frame));
-        actions.push(Action::Do(Errand::Assemble { frame: place.frame }));
-        actions.push(Action::Tell(News::Frame(place.frame)));
+    if job.is_measured_now(place.frame) {
+        actions.push(Action::Do(Errand::Measure { frame: place.frame }));
+    } else if job.has_all_units(place.frame) {
+        actions.extend(job.finish_frame(place.frame));
     }
     actions
 }

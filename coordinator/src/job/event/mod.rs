@@ -6,6 +6,7 @@ mod delivered;
 mod failed;
 mod guided;
 mod leased;
+mod measured;
 mod released;
 mod renewed;
 mod submitted;
@@ -14,6 +15,7 @@ use super::identity::WorkerId;
 use super::record::{DeliveredRecord, FileRecord};
 use super::{Action, Job, Seconds};
 use crate::clock::Timestamp;
+use gradfarm_core::accuracy::Estimate;
 use gradfarm_core::film::Statistics;
 use gradfarm_core::plan::Guide;
 use std::sync::Arc;
@@ -90,6 +92,13 @@ pub enum Event {
         /// The outcome.
         outcome: Result<Assembled, String>,
     },
+    /// The error of a frame as it is was measured, or could not be.
+    Measured {
+        /// Position of the frame.
+        frame: u32,
+        /// The outcome.
+        outcome: Result<Measured, String>,
+    },
     /// The guide of a round was made, or could not be.
     Guided {
         /// Position of the frame.
@@ -108,10 +117,21 @@ pub struct Assembled {
     pub files: Vec<FileRecord>,
     /// Stitching, reconstructing and writing; the rest is zero.
     pub seconds: Seconds,
-    /// Estimated relMSE.
-    pub estimated_relmse: Option<f64>,
+    /// Its error, where the halves can tell.
+    pub error: Option<Estimate>,
     /// Counters of all its units.
     pub statistics: Statistics,
+}
+
+/// How good a frame is at its present samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Samples per pixel that it was measured with.
+    pub samples: u32,
+    /// Its error, where the halves can tell.
+    pub error: Option<Estimate>,
+    /// Stitching and reconstructing [s].
+    pub seconds: f64,
 }
 
 impl Event {
@@ -126,6 +146,7 @@ impl Event {
             Event::Failed { unit, epoch, worker, reason } => failed::apply(job, unit, epoch, worker, &reason, now),
             Event::Cancelled => cancelled::apply(job, now),
             Event::Assembled { frame, outcome } => assembled::apply(job, frame, outcome, now),
+            Event::Measured { frame, outcome } => measured::apply(job, frame, outcome, now),
             Event::Guided { frame, round, outcome } => guided::apply(job, frame, round, outcome, now),
         }
     }

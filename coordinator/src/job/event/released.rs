@@ -20,9 +20,14 @@ pub(super) fn lost(job: &mut Job, worker: WorkerId, now: Timestamp) -> Vec<Actio
     release(job, now, "its worker was lost", |state| matches!(state, UnitState::Leased { worker: w, .. } if *w == worker))
 }
 
-/// Leases whose time is over.
+/// Leases whose time is over, and frames.
 pub(super) fn expired(job: &mut Job, now: Timestamp) -> Vec<Action> {
-    release(job, now, "its lease ran out", |state| matches!(state, UnitState::Leased { until, .. } if *until <= now))
+    let mut actions = release(job, now, "its lease ran out", |state| matches!(state, UnitState::Leased { until, .. } if *until <= now));
+    if !job.state.is_final() {
+        let late: Vec<u32> = job.frames_out_of_time(now).collect();
+        late.into_iter().for_each(|frame| actions.extend(job.cut_short(frame)));
+    }
+    actions
 }
 
 fn release(job: &mut Job, now: Timestamp, why: &str, which: impl Fn(&UnitState) -> bool) -> Vec<Action> {

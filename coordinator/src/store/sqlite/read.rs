@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use gradfarm_core::accuracy::{Estimate, Point, Reason};
 use gradfarm_core::film::Statistics;
 use gradfarm_core::plan::{Plan, by_name};
 use gradfarm_proto::{Digest, v1};
@@ -28,7 +29,16 @@ pub(super) async fn jobs(pool: &SqlitePool) -> Result<Vec<StoredJob>, StoreError
     for row in sqlx::query("SELECT * FROM frames ORDER BY job, position").fetch_all(&mut *transaction).await? {
         let id = JobId::from_bytes(bytes(&row, "job")?);
         if let Some(job) = jobs.get_mut(&id) {
-            job.frames.push((row.try_get("position")?, frame(&row)?));
+            let (position, samples) = (row.try_get("position")?, job.record.plan.samples);
+            job.frames.push((position, frame(&row, samples)?));
+        }
+    }
+    for row in sqlx::query("SELECT * FROM points ORDER BY job, position, samples").fetch_all(&mut *transaction).await? {
+        let (id, position) = (JobId::from_bytes(bytes(&row, "job")?), row.try_get::<u32, _>("position")?);
+        if let Some(job) = jobs.get_mut(&id)
+            && let Ok(at) = job.frames.binary_search_by_key(&position, |(p, _)| *p)
+        {
+            job.frames[at].1.points.push(point(&row)?);
         }
     }
     let units = "SELECT units.job, units.unit, units.epoch, failures, losses, worker, content, blob, size, load, compile, render
@@ -94,14 +104,17 @@ fn job(row: &SqliteRow) -> Result<StoredJob, StoreError> {
     })
 }
 
-fn frame(row: &SqliteRow) -> Result<Frame, StoreError> {
+/// `samples` is the plan's number, to which frames went before they could stop early.
+fn frame(row: &SqliteRow, samples: u32) -> Result<Frame, StoreError> {
     let state: String = row.try_get("state")?;
+    let stopped: Option<String> = row.try_get("stopped")?;
+    let corrupt = |found: String| StoreError::Corrupt { row: "frame".into(), found };
+    let stopped = stopped.map(|name| by_name(&Reason::ALL, Reason::name, &name).ok_or_else(|| corrupt(format!("stopped {name:?}"))));
     let statistics: Vec<u8> = row.try_get("statistics")?;
     let counts: Vec<u64> =
         statistics.chunks_exact(8).map(|b| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])).collect();
     Ok(Frame {
-        state: by_name(&FrameState::ALL, FrameState::name, &state)
-            .ok_or_else(|| StoreError::Corrupt { row: "frame".into(), found: format!("state {state:?}") })?,
+        state: by_name(&FrameState::ALL, FrameState::name, &state).ok_or_else(|| corrupt(format!("state {state:?}")))?,
         started: time(row, "started")?,
         units: row.try_get("units")?,
         samples: count(row, "samples")?,
@@ -116,6 +129,19 @@ fn frame(row: &SqliteRow) -> Result<Frame, StoreError> {
         },
         estimated_relmse: row.try_get("estimated_relmse")?,
         statistics: Statistics::from_counts(&counts),
+        goal: row.try_get::<Option<u32>, _>("goal")?.unwrap_or(samples),
+        stopped: stopped.transpose()?,
+        points: Vec::new(),
+    })
+}
+
+fn point(row: &SqliteRow) -> Result<Point, StoreError> {
+    Ok(Point {
+        samples: row.try_get("samples")?,
+        cpu_seconds: row.try_get("cpu_seconds")?,
+        wall_seconds: row.try_get("wall_seconds")?,
+        check_seconds: row.try_get("check_seconds")?,
+        error: Estimate { relmse: row.try_get("relmse")?, low: row.try_get("low")?, high: row.try_get("high")? },
     })
 }
 

@@ -1,5 +1,6 @@
 //! Changes as SQL. Each statement that could meet another writer's work names what it expects, and a miss is a conflict.
 
+use gradfarm_core::accuracy::{Point, Reason};
 use gradfarm_proto::v1;
 use prost::Message;
 use sqlx::{Sqlite, Transaction};
@@ -104,13 +105,14 @@ pub(super) async fn make(transaction: &mut Transaction<'static, Sqlite>, change:
 
 async fn keep_frame(transaction: &mut Transaction<'static, Sqlite>, job: JobId, position: u32, frame: &Frame) -> Result<u64, StoreError> {
     let upsert = "INSERT INTO frames (job, position, state, started, units, samples, load, compile, render, render_span, stitch,
-                                      reconstruct, write, estimated_relmse, statistics)
-                  SELECT id, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15 FROM jobs WHERE id = $1
+                                      reconstruct, write, estimated_relmse, statistics, goal, stopped)
+                  SELECT id, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17 FROM jobs WHERE id = $1
                   ON CONFLICT (job, position) DO UPDATE SET
                       state = excluded.state, started = excluded.started, units = excluded.units, samples = excluded.samples,
                       load = excluded.load, compile = excluded.compile, render = excluded.render, render_span = excluded.render_span,
                       stitch = excluded.stitch, reconstruct = excluded.reconstruct, write = excluded.write,
-                      estimated_relmse = excluded.estimated_relmse, statistics = excluded.statistics";
+                      estimated_relmse = excluded.estimated_relmse, statistics = excluded.statistics,
+                      goal = excluded.goal, stopped = excluded.stopped";
     let statistics: Vec<u8> = frame.statistics.counts().iter().flat_map(|count| count.to_le_bytes()).collect();
     let query = sqlx::query(upsert)
         .bind(id(job))
@@ -127,8 +129,41 @@ async fn keep_frame(transaction: &mut Transaction<'static, Sqlite>, job: JobId, 
         .bind(frame.seconds.reconstruct)
         .bind(frame.seconds.write)
         .bind(frame.estimated_relmse)
-        .bind(statistics);
-    Ok(query.execute(&mut **transaction).await?.rows_affected())
+        .bind(statistics)
+        .bind(frame.goal)
+        .bind(frame.stopped.map(Reason::name));
+    let rows = query.execute(&mut **transaction).await?.rows_affected();
+    if rows == 1 {
+        keep_points(transaction, job, position, &frame.points).await?;
+    }
+    Ok(rows)
+}
+
+/// A frame's points as they are now; there are a few dozen at most.
+async fn keep_points(
+    transaction: &mut Transaction<'static, Sqlite>,
+    job: JobId,
+    position: u32,
+    points: &[Point],
+) -> Result<(), StoreError> {
+    let query = sqlx::query("DELETE FROM points WHERE job = $1 AND position = $2").bind(id(job)).bind(position);
+    query.execute(&mut **transaction).await?;
+    let insert = "INSERT INTO points (job, position, samples, cpu_seconds, wall_seconds, check_seconds, relmse, low, high)
+                  VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)";
+    for point in points {
+        let query = sqlx::query(insert)
+            .bind(id(job))
+            .bind(position)
+            .bind(point.samples)
+            .bind(point.cpu_seconds)
+            .bind(point.wall_seconds)
+            .bind(point.check_seconds)
+            .bind(point.error.relmse)
+            .bind(point.error.low)
+            .bind(point.error.high);
+        query.execute(&mut **transaction).await?;
+    }
+    Ok(())
 }
 
 async fn end_lease(transaction: &mut Transaction<'static, Sqlite>, job: JobId, unit: u32) -> Result<(), StoreError> {
