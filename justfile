@@ -27,6 +27,10 @@ laws *ARGS:
 shifts *FILES:
     cargo run --release -p gradfarm-tests --example shifts -- {{FILES}}
 
+# How well errors told without a reference agree with true ones, on scenes: minutes.
+errors *FILES:
+    cargo run --release -p gradfarm-tests --example errors -- {{FILES}}
+
 # Time rays, materials, shifts and reconstructions.
 bench *ARGS:
     cargo bench -p gradfarm-core {{ARGS}}

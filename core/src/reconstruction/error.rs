@@ -127,3 +127,6 @@ fn quantile(freedom: f64) -> f64 {
     let (z3, z5) = (z * z * z, z * z * z * z * z);
     z + (z3 + z) / (4.0 * freedom) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * freedom * freedom)
 }
+
+#[cfg(test)]
+mod tests;
