@@ -23,6 +23,12 @@ impl Method {
         Self { text: Technique::Pt.name().to_owned(), asked }
     }
 
+    /// A technique with its reconstruction, and nothing else.
+    pub(super) fn pair(technique: Technique, kind: ReconstructionKind) -> Self {
+        let asked = Request { technique: Some(technique), reconstruction: Some(kind), ..Request::default() };
+        Self { text: format!("{}+{}", technique.name(), kind.name()), asked }
+    }
+
     /// The request, with the study's own part filled in.
     pub(super) fn request(&self, study: Request) -> Request {
         Request { samples: study.samples, extent: study.extent, seed: study.seed, ..self.asked.clone() }

@@ -3,6 +3,7 @@
 mod accuracy;
 mod cancel;
 mod client;
+mod contest;
 mod compare;
 mod error;
 mod files;
@@ -11,6 +12,7 @@ mod import;
 mod local;
 mod method;
 mod options;
+mod peer;
 mod plan;
 mod progress;
 mod pull;

@@ -23,7 +23,7 @@ pub struct ErrorEstimate {
     pub squared: Image,
     /// The same relative, as relMSE counts it: mean of RGB over grey² + 10⁻³, grey from the pixels around, without outliers. One channel.
     pub relative: Image,
-    /// Mean of `relative`: the estimated relMSE.
+    /// Mean of `relative`, its share of bias not below zero: the estimated relMSE.
     pub relmse: f64,
     /// What of it is squared bias; 0 where the reconstruction has none.
     pub bias: f64,
@@ -62,8 +62,10 @@ impl ErrorEstimate {
             }
             relative.data_mut()[i] = (sum * scale / 3.0) as f32;
         }
-        let relmse = mean(relative.data());
+        // Over a whole frame a square below zero is nothing but noise.
         let bias = bias_sum / (3 * extent.pixels().max(1)) as f64;
+        let relmse = mean(relative.data()) - bias.min(0.0);
+        let bias = bias.max(0.0);
         let interval = interval(&relative, relmse);
         Self { squared, relative, relmse, bias, interval }
     }

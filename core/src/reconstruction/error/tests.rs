@@ -18,7 +18,7 @@ fn the_true_error_lies_within_the_interval() {
     let (mut within, mut all) = (0, 0);
     for (name, scene) in testing::scenes() {
         let film = |samples, seed| films::render(&scene, &testing::plan(Technique::Gpt, EDGE, samples, 6, seed));
-        let reference = reconstruct(&film(2048, 99), ReconstructionKind::L2, 0.3).unwrap().image;
+        let reference = reconstruct(&film(1024, 99), ReconstructionKind::L2, 0.3).unwrap().image;
         let rendered: Vec<_> = (0..SEEDS).map(|seed| film(32, seed)).collect();
         for kind in [ReconstructionKind::None, ReconstructionKind::L2, ReconstructionKind::L1] {
             let (mut truth, mut told) = (0.0, 0.0);
@@ -28,12 +28,12 @@ fn the_true_error_lies_within_the_interval() {
                 let found = rel_mse(&done.image, &reference).unwrap();
                 let [low, high] = error.interval.unwrap();
                 assert!(low <= error.relmse && error.relmse <= high && (kind == ReconstructionKind::L1 || error.bias == 0.0));
-                within += usize::from((low..=high).contains(&found));
+                // Scenes without noise are exact to rounding.
+                within += usize::from((low..=high).contains(&found) || found < 1e-10);
                 (truth, told) = (truth + found, told + error.relmse);
             }
             all += rendered.len();
-            let ratio = told / truth;
-            assert!((0.4..2.5).contains(&ratio), "{name}, {}: told {told:e}, true {truth:e}", kind.name());
+            assert!(truth < 1e-10 || (0.4..2.5).contains(&(told / truth)), "{name}, {}: told {told:e}, true {truth:e}", kind.name());
         }
     }
     assert!(within >= all * 9 / 10, "{within} of {all} true errors lie within their interval");
