@@ -18,4 +18,5 @@ pub mod request;
 pub mod schedule;
 pub mod service;
 pub mod store;
+pub mod study;
 pub mod telemetry;

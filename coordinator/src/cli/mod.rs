@@ -3,8 +3,8 @@
 mod accuracy;
 mod cancel;
 mod client;
-mod contest;
 mod compare;
+mod contest;
 mod error;
 mod files;
 mod follow;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use gradfarm_core::film::Image;
 use gradfarm_core::lattice::Extent;
-use gradfarm_core::output::{exr, png};
+use gradfarm_core::output::png;
 use gradfarm_core::plan::{ReconstructionKind, Technique};
 
 use super::contest::{Contest, Shown, read};
@@ -199,7 +199,7 @@ fn seen(shown: &Shown) -> Result<Vec<Views>, Error> {
     let tile = pictures::telling_part(telling, &shown.reference);
     let encode = |image: &Image, exposure: f32| png::encode(image, exposure).map_err(|fault| Error::Failed(fault.to_string()));
     let view = |name: &str, image: &Image, error: Option<Image>| {
-        Ok(Views {
+        Ok::<_, Error>(Views {
             method: name.to_owned(),
             image: encode(image, exposure)?,
             part: encode(&pictures::part(image, tile), exposure)?,

@@ -209,7 +209,9 @@ mod tests {
         };
         let view = |method: &str, error| Views { method: method.to_owned(), image: vec![1, 2, 3], part: vec![4], error };
         let page = page(&study, &[vec![view("reference", None), view("pt", Some(vec![5]))]]).unwrap();
-        for part in ["&lt;hall&gt; &amp; door", "5.0×", "<svg", "gpt+l2", "4 s more", "data:image/png;base64,AQID", "--seeds 2", "some processor"] {
+        for part in
+            ["&lt;hall&gt; &amp; door", "5.0×", "<svg", "gpt+l2", "4 s more", "data:image/png;base64,AQID", "--seeds 2", "some processor"]
+        {
             assert!(page.contains(part), "{part} is missing");
         }
         assert_eq!(page.matches("<img").count(), 5);

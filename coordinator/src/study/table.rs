@@ -80,7 +80,11 @@ mod tests {
             methods: vec![method("pt", 1.0, -1.0), method("gpt+l2", 0.2, -1.0)],
         };
         let rows = rows(&scene);
-        assert!(rows[0].contains("| pt | 40 | 4.00 s | 2.50e-1 | 2.2e-1–2.8e-1 |") && rows[0].ends_with("| -1.00 | 1.0× | 1.0× |"), "{}", rows[0]);
+        assert!(
+            rows[0].contains("| pt | 40 | 4.00 s | 2.50e-1 | 2.2e-1–2.8e-1 |") && rows[0].ends_with("| -1.00 | 1.0× | 1.0× |"),
+            "{}",
+            rows[0]
+        );
         assert!(rows[1].ends_with("| 5.0× | 5.0× |"), "{}", rows[1]);
         let columns = |line: &str| line.matches('|').count();
         assert!(rows.iter().all(|row| columns(row) == columns(HEAD[0]) && columns(row) == columns(HEAD[1])));

@@ -44,8 +44,8 @@ impl ErrorEstimate {
         // Var of the weighted mean over E (a − b)², if noise falls with the number of samples.
         let share = na * nb / ((na + nb) * (na + nb));
         let (mut squared, mut relative) = (Image::new(extent, 3), Image::new(extent, 1));
-        // Dark pixels count most in a relative error, so their brightness must neither be biased nor noisy.
-        let grey = trimmed_mean(&unbiased.map_or_else(|| grey(image), |[u, v]| zip(&grey(u), &grey(v), |u, v| 0.5 * (u + v))));
+        let [u, v] = unbiased.unwrap_or(halves);
+        let grey = brightness(&grey(u), &grey(v));
         let mut bias_sum = 0.0;
         for i in 0..extent.pixels() {
             let brightness = f64::from(grey.data()[i]);
@@ -76,6 +76,22 @@ impl ErrorEstimate {
         let row = |y: u32| &self.relative.data()[extent.index(tile.x, y)..][..tile.width as usize];
         (tile.y..tile.y + tile.height).flat_map(row).map(|v| f64::from(*v)).sum::<f64>() / tile.pixels() as f64
     }
+}
+
+/// How bright each pixel is, from the grey images of two independent halves. Dark pixels count most in a relative error, so the brightness
+/// that it is relative to must be neither noisy nor biased: each pixel shows what it has itself as far as that stands out of its noise, and
+/// else what stands around it, without outliers (James and Stein's shrinkage).
+fn brightness(u: &Image, v: &Image) -> Image {
+    let own = zip(u, v, |u, v| 0.5 * (u + v));
+    let noise = zip(u, v, |u, v| 0.25 * (u - v) * (u - v));
+    let (mut out, around) = (trimmed_mean(&own), trimmed_mean(&noise));
+    for (i, out) in out.data_mut().iter_mut().enumerate() {
+        let (away, noise) = (own.data()[i] - *out, noise.data()[i].max(around.data()[i]));
+        if away * away > noise {
+            *out += away * (1.0 - noise / (away * away));
+        }
+    }
+    out
 }
 
 fn grey(image: &Image) -> Image {
