@@ -14,6 +14,7 @@ pub mod error;
 mod grpc;
 pub mod job;
 pub mod plot;
+pub mod oidn;
 pub mod request;
 pub mod schedule;
 pub mod service;

@@ -63,7 +63,7 @@ impl Technique {
     /// Whether a reconstruction can use what it measures.
     pub fn takes(self, reconstruction: ReconstructionKind) -> bool {
         match reconstruction {
-            ReconstructionKind::None => true,
+            ReconstructionKind::None | ReconstructionKind::Auto => true,
             ReconstructionKind::Graph => self == Technique::Graph,
             _ => matches!(self, Technique::Gpt | Technique::Reuse),
         }

@@ -3,8 +3,10 @@
 //! One trait, one file each. All are deterministic for any number of threads: parallel loops write disjoint parts, and sums
 //! run in a fixed order.
 
+mod auto;
 mod control_variates;
 mod dct;
+mod denoise;
 mod error;
 mod field;
 mod graph;
@@ -15,12 +17,15 @@ mod nfor;
 mod none;
 mod patches;
 mod regression;
+mod regularised;
 mod robust;
+mod shrink;
 mod smooth;
 mod solver;
 mod sparse;
 mod stencil;
 
+pub use denoise::{Denoise, denoiser, install_denoiser};
 pub use error::ErrorEstimate;
 
 use crate::film::{Features, Film, Graph, HalfFilm, Image};
@@ -43,11 +48,17 @@ pub enum ReconstructionKind {
     WeightedCv,
     /// First-order regression on features, of the image that gradients were integrated to. Biased.
     Nfor,
+    /// Screened Poisson held to what features predict, by several strengths. Biased.
+    Regularised,
+    /// Intel Open Image Denoise, where it is installed. Biased, and its bits depend on the machine.
+    Oidn,
+    /// Of those that are quick, the one of least estimated error on the film at hand.
+    Auto,
 }
 
 impl ReconstructionKind {
     /// Every reconstruction.
-    pub const ALL: [ReconstructionKind; 7] = [
+    pub const ALL: [ReconstructionKind; 10] = [
         ReconstructionKind::None,
         ReconstructionKind::L2,
         ReconstructionKind::L1,
@@ -55,6 +66,9 @@ impl ReconstructionKind {
         ReconstructionKind::Cv,
         ReconstructionKind::WeightedCv,
         ReconstructionKind::Nfor,
+        ReconstructionKind::Regularised,
+        ReconstructionKind::Oidn,
+        ReconstructionKind::Auto,
     ];
 
     /// Its name on the command line and on the wire.
@@ -67,12 +81,20 @@ impl ReconstructionKind {
             ReconstructionKind::Cv => "cv",
             ReconstructionKind::WeightedCv => "weighted-cv",
             ReconstructionKind::Nfor => "nfor",
+            ReconstructionKind::Regularised => "regularised",
+            ReconstructionKind::Oidn => "oidn",
+            ReconstructionKind::Auto => "auto",
         }
     }
 
     /// Whether its image's expected value is the truth, where measurements are unbiased.
     pub fn is_unbiased(self) -> bool {
-        method(self).is_unbiased()
+        method(self).is_some_and(|method| method.is_unbiased())
+    }
+
+    /// Whether the same film gives the same bits on every machine.
+    pub fn is_reproducible(self) -> bool {
+        self != ReconstructionKind::Oidn
     }
 }
 
@@ -149,6 +171,15 @@ pub enum ReconstructError {
         /// The reconstruction's name.
         wanted: &'static str,
     },
+    /// There is no denoiser.
+    #[error("reconstruction `oidn` needs Intel Open Image Denoise, which was not found: let GRADFARM_OIDN name its library, or use `nfor`")]
+    NoDenoiser,
+    /// The denoiser failed.
+    #[error("the denoiser failed: {fault}")]
+    Denoiser {
+        /// What it complained of.
+        fault: String,
+    },
     /// The weight of the primal is not usable.
     #[error("alpha must be finite and greater than 0, found {found}")]
     Alpha {
@@ -200,9 +231,9 @@ pub trait Reconstruct: Send + Sync {
     }
 }
 
-/// The registry: one line each.
-fn method(kind: ReconstructionKind) -> &'static dyn Reconstruct {
-    match kind {
+/// The registry: one line each. `None` for the choice among them.
+fn method(kind: ReconstructionKind) -> Option<&'static dyn Reconstruct> {
+    Some(match kind {
         ReconstructionKind::None => &none::None,
         ReconstructionKind::L2 => &l2::L2,
         ReconstructionKind::L1 => &l1::L1,
@@ -210,7 +241,10 @@ fn method(kind: ReconstructionKind) -> &'static dyn Reconstruct {
         ReconstructionKind::Cv => &control_variates::Uniform,
         ReconstructionKind::WeightedCv => &control_variates::Weighted,
         ReconstructionKind::Nfor => &nfor::Nfor,
-    }
+        ReconstructionKind::Regularised => &regularised::Regularised,
+        ReconstructionKind::Oidn => &denoise::Oidn,
+        ReconstructionKind::Auto => return None,
+    })
 }
 
 /// A finished frame.
@@ -226,6 +260,10 @@ pub struct Reconstructed {
     pub error: Option<ErrorEstimate>,
     /// How the solve went.
     pub report: SolveReport,
+    /// What made the image: the reconstruction that was asked for, or the one that `auto` chose.
+    pub kind: ReconstructionKind,
+    /// Why `auto` chose it, for people.
+    pub why: Option<String>,
 }
 
 /// Reconstructs a frame.
@@ -236,8 +274,8 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
     if !(alpha > 0.0 && alpha.is_finite()) {
         return Err(ReconstructError::Alpha { found: alpha });
     }
+    let Some(method) = method(kind) else { return auto::choose(film, alpha) };
     let combined = film.combined();
-    let method = method(kind);
     let [a, b] = &film.halves;
     let nothing = Image::new(film.extent, 3);
     let both = |half| measurements(half, &film.features, &nothing, kind);
@@ -265,7 +303,7 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
     };
     let error = halves.as_ref().map(|halves| ErrorEstimate::new(&image, halves, unbiased.as_ref(), [a.samples, b.samples]));
     let primal = zip(&combined.primal, &combined.direct, |p, d| p + d);
-    Ok(Reconstructed { image, primal, halves, error, report })
+    Ok(Reconstructed { image, primal, halves, error, report, kind, why: None })
 }
 
 /// What a half (or both together) has for a reconstruction. `nothing` stands for gradients that are not needed.

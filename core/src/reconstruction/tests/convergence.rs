@@ -112,11 +112,11 @@ fn course(kind: ReconstructionKind) -> Course {
 
 #[test]
 fn the_mean_of_frames_tends_to_the_truth_unless_the_method_is_biased() {
-    for kind in ReconstructionKind::ALL {
+    for kind in kinds() {
         let Course { distances, expected, bias } = course(kind);
         let ratio = distances[2] / expected;
         eprintln!("{}: squared distances {distances:.3?}, {ratio:.2} of what is expected, relative squared bias {bias:.1e}", kind.name());
-        if method(kind).is_unbiased() {
+        if kind.is_unbiased() {
             // Low frequencies have most of the distance, and so it varies as a sum of few squares: some twenty of them.
             assert!((0.3..2.2).contains(&ratio), "{}", kind.name());
             assert!(distances[0] > 4.0 * distances[2], "{}", kind.name());
