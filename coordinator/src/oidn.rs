@@ -7,11 +7,11 @@
 //! The C interface of Open Image Denoise 2, as its manual documents it.
 #![allow(unsafe_code)]
 
-use std::ffi::{CStr, OsString, c_char, c_int, c_void};
+use std::ffi::{CStr, OsStr, OsString, c_char, c_int, c_void};
 use std::path::Path;
 
 use gradfarm_core::film::Image;
-use gradfarm_core::reconstruction::{Denoise, install_denoiser};
+use gradfarm_core::reconstruction::{Denoise, ReconstructionKind, denoiser, install_denoiser};
 use libloading::{Library, library_filename};
 
 /// The variable that names the library.
@@ -54,30 +54,41 @@ unsafe impl Send for Oidn {}
 // SAFETY: as above; nothing here is written after construction.
 unsafe impl Sync for Oidn {}
 
+/// That `oidn` can be had, if it is asked for: better told before a frame is rendered than after.
+///
+/// # Errors
+/// As [`install`].
+pub fn check(kind: ReconstructionKind) -> Result<(), String> {
+    if kind == ReconstructionKind::Oidn { install().map(|_| ()) } else { Ok(()) }
+}
+
 /// Loads the library and offers it to the reconstructions. Returns what was found, for people, or why nothing was.
 ///
 /// # Errors
 /// What was looked for and what stood in the way.
 pub fn install() -> Result<String, String> {
-    let found = Oidn::load()?;
+    if let Some(found) = denoiser() {
+        return Ok(found.name());
+    }
+    let found = Oidn::load(&place(std::env::var_os(VARIABLE)))?;
     let name = found.name();
-    // A second call finds the first one's: it is the same library.
+    // Of two that come at once the first one's stays: it is the same library.
     let _ = install_denoiser(Box::new(found));
     Ok(name)
 }
 
 impl Oidn {
-    fn load() -> Result<Self, String> {
-        let file = place();
-        let lost = |fault: libloading::Error| format!("{}: {fault} (set {VARIABLE} to the library's file or folder)", Path::new(&file).display());
+    fn load(file: &OsStr) -> Result<Self, String> {
+        let lost =
+            |fault: libloading::Error| format!("{}: {fault} (set {VARIABLE} to the library's file or folder)", Path::new(file).display());
         // SAFETY: the library of that name initialises itself without conditions; who sets the variable vouches for the file it names.
-        let library = unsafe { Library::new(&file) }.map_err(lost)?;
+        let library = unsafe { Library::new(file) }.map_err(lost)?;
         // SAFETY: the signatures are those of the library's header, version 2, where these names have not changed.
         let functions = unsafe { Functions::of(&library) }.map_err(lost)?;
         // SAFETY: no arguments but a constant of the header; null is checked.
         let device = unsafe { (functions.new_device)(CPU) };
         if device.is_null() {
-            return Err(format!("{}: the library has no device for this CPU", Path::new(&file).display()));
+            return Err(format!("{}: the library has no device for this CPU", Path::new(file).display()));
         }
         // SAFETY: the device is not null, and names are C strings that outlive the calls.
         let version = unsafe {
@@ -166,9 +177,9 @@ impl Drop for Oidn {
 }
 
 /// Where the library is: a name alone is looked for by the system.
-fn place() -> OsString {
+fn place(variable: Option<OsString>) -> OsString {
     let name = library_filename("OpenImageDenoise");
-    match std::env::var_os(VARIABLE) {
+    match variable {
         Some(path) if Path::new(&path).is_dir() => Path::new(&path).join(name).into_os_string(),
         Some(path) => path,
         None => name,
@@ -178,4 +189,43 @@ fn place() -> OsString {
 fn interleaved(image: &Image) -> Vec<f32> {
     let [r, g, b] = [0, 1, 2].map(|c| image.plane(c));
     r.iter().zip(g).zip(b).flat_map(|((r, g), b)| [*r, *g, *b]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gradfarm_core::lattice::Extent;
+
+    #[test]
+    fn what_is_not_there_is_named() {
+        let fault = Oidn::load(&place(Some("/nowhere/lib.so".into()))).err().unwrap();
+        assert!(fault.contains("/nowhere/lib.so") && fault.contains(VARIABLE), "{fault}");
+        assert_eq!(place(None), library_filename("OpenImageDenoise"));
+        assert!(place(Some("/".into())).to_string_lossy().starts_with("/libOpenImageDenoise"));
+        assert_eq!(check(ReconstructionKind::L2), Ok(()));
+    }
+
+    /// Needs the library, which few machines have.
+    #[test]
+    fn a_noisy_plane_becomes_smooth() {
+        let found = match Oidn::load(&place(std::env::var_os(VARIABLE))) {
+            Ok(found) => found,
+            Err(fault) => {
+                eprintln!("skipped: {fault}");
+                return;
+            }
+        };
+        assert!(found.name().starts_with("Open Image Denoise 2."), "{}", found.name());
+        let extent = Extent { width: 40, height: 24 };
+        let mut state = 1u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let noisy = Image::from_planes(extent, 3, (0..3 * extent.pixels()).map(|_| 0.5 + next()).collect()).unwrap();
+        let flat = Image::from_planes(extent, 3, vec![0.5; 3 * extent.pixels()]).unwrap();
+        let smooth = found.denoise(&noisy, &flat, &flat).unwrap();
+        let spread = |image: &Image| image.data().iter().map(|v| (v - 1.0) * (v - 1.0)).sum::<f32>() / image.data().len() as f32;
+        assert!(spread(&smooth) < 0.1 * spread(&noisy), "{} of {}", spread(&smooth), spread(&noisy));
+    }
 }

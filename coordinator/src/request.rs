@@ -14,7 +14,7 @@ pub fn technique_names() -> impl Iterator<Item = &'static str> {
 
 /// The names of every reconstruction, `auto` first.
 pub fn reconstruction_names() -> impl Iterator<Item = &'static str> {
-    std::iter::once(AUTO).chain(ReconstructionKind::ALL.map(ReconstructionKind::name))
+    std::iter::once(AUTO).chain(ReconstructionKind::ALL.map(ReconstructionKind::name).into_iter().filter(|name| *name != AUTO))
 }
 
 /// The names of every shift, `auto` first.
@@ -51,7 +51,7 @@ fn choice<T: Copy>(all: &[T], name_of: fn(T) -> &'static str, name: &str) -> Res
         return Ok(None);
     }
     by_name(all, name_of, name).map(Some).ok_or_else(|| {
-        let names: Vec<&str> = all.iter().map(|item| name_of(*item)).collect();
+        let names: Vec<&str> = all.iter().map(|item| name_of(*item)).filter(|name| *name != AUTO).collect();
         format!("expected {AUTO} or one of {}", names.join(", "))
     })
 }
@@ -117,9 +117,10 @@ mod tests {
         for item in Technique::ALL {
             assert_eq!(technique(item.name()), Ok(Some(item)));
         }
-        for item in ReconstructionKind::ALL {
+        for item in ReconstructionKind::ALL.into_iter().filter(|kind| *kind != ReconstructionKind::Auto) {
             assert_eq!(reconstruction(item.name()), Ok(Some(item)));
         }
+        assert_eq!(reconstruction("auto"), Ok(None));
         for item in ShiftKind::ALL {
             assert_eq!(shift(item.name()), Ok(Some(item)));
         }

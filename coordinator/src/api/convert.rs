@@ -131,6 +131,7 @@ impl json::Frame {
             progress: json::Progress { units: frame.units.into(), samples: frame.samples.into() },
             seconds: frame.seconds.into(),
             estimated_relmse: frame.estimated_relmse,
+            choice: frame.choice.clone(),
             samples_per_pixel: frame.samples_per_pixel,
             stopped: frame.stopped.map(|reason| reason.name().to_owned()),
             error: frame.error.map(Into::into),

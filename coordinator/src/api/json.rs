@@ -158,6 +158,8 @@ pub struct Frame {
     pub seconds: Seconds,
     /// Estimated relMSE of the finished image, where its two halves can tell.
     pub estimated_relmse: Option<f64>,
+    /// Which reconstruction was chosen for it and why, where the plan leaves that to the film.
+    pub choice: Option<String>,
     /// Samples per pixel of its image, or to which it is being rendered.
     pub samples_per_pixel: u32,
     /// Why it went no further where it might have: `error`, `seconds` or `samples`.

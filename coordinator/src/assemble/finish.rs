@@ -20,6 +20,7 @@ use crate::store::Blobs;
 pub(super) async fn finish(task: Task, stitched: Stitched, image: Solved, blobs: &Blobs) -> Result<Assembled, AssembleError> {
     let Stitched { film, tiles, seconds: stitch } = stitched;
     let (reconstruct, error, statistics) = (image.seconds, measure::error(&image), film.statistics);
+    let choice = image.reconstructed.why.clone();
     let start = Instant::now();
     let encoded = tokio::task::spawn_blocking(move || encode(&task, &film, &tiles, &image.reconstructed)).await??;
     let mut files = Vec::with_capacity(encoded.len());
@@ -28,7 +29,7 @@ pub(super) async fn finish(task: Task, stitched: Stitched, image: Solved, blobs:
         files.push(FileRecord { kind, blob: blobs.put(bytes).await?, size });
     }
     let write = start.elapsed().as_secs_f64();
-    Ok(Assembled { files, seconds: Seconds { stitch, reconstruct, write, ..Seconds::default() }, error, statistics })
+    Ok(Assembled { files, seconds: Seconds { stitch, reconstruct, write, ..Seconds::default() }, error, choice, statistics })
 }
 
 fn encode(
@@ -59,7 +60,8 @@ fn encode_exr(task: &Task, film: &Film, reconstructed: &Reconstructed) -> Result
         job: record.id.to_string(),
         seed: record.plan.seed,
         technique: record.plan.technique.name().to_owned(),
-        reconstruction: record.plan.reconstruction.name().to_owned(),
+        reconstruction: reconstructed.kind.name().to_owned(),
+        choice: reconstructed.why.clone(),
         samples: task.frame.goal,
         version: env!("CARGO_PKG_VERSION").to_owned(),
     };

@@ -9,6 +9,7 @@ use super::stitch::{Stitched, stitch};
 use super::{AssembleError, Task};
 use crate::clock::Timestamp;
 use crate::job::{JobId, Measured};
+use crate::oidn;
 use crate::store::{Blobs, Store};
 
 /// An image with what it took.
@@ -42,6 +43,7 @@ pub(super) async fn reconstructed(task: &Task, store: &dyn Store, blobs: &Blobs)
     let stitched = stitch(task, store, blobs).await?;
     let (kind, alpha) = (task.record.plan.reconstruction, task.record.plan.alpha);
     let solve = move || {
+        oidn::check(kind).map_err(AssembleError::Denoiser)?;
         let start = Instant::now();
         let reconstructed = reconstruct(&stitched.film, kind, alpha)?;
         Ok((stitched, Solved { reconstructed, seconds: start.elapsed().as_secs_f64() }))

@@ -60,6 +60,8 @@ enum AssembleError {
     Fold(#[from] gradfarm_core::film::FoldError),
     #[error(transparent)]
     Reconstruct(#[from] gradfarm_core::reconstruction::ReconstructError),
+    #[error("reconstruction `oidn`: {0}")]
+    Denoiser(String),
     #[error("writing: {0}")]
     Output(#[from] gradfarm_core::output::Error),
     #[error("writing the statistics: {0}")]

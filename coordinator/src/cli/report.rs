@@ -83,6 +83,7 @@ pub(super) struct ReportJson<'a> {
     #[serde(flatten)]
     plan: PlanView,
     estimated_relmse: Option<f64>,
+    choice: Option<&'a str>,
     accuracy: &'a Accuracy,
     statistics: &'a BTreeMap<String, u64>,
     workers: usize,
@@ -137,6 +138,10 @@ impl Report {
         self.job.frames.first().and_then(|frame| frame.estimated_relmse)
     }
 
+    fn choice(&self) -> Option<&str> {
+        self.job.frames.first().and_then(|frame| frame.choice.as_deref())
+    }
+
     /// For programs.
     pub(super) fn json(&self) -> ReportJson<'_> {
         ReportJson {
@@ -146,6 +151,7 @@ impl Report {
             // What the image has, which may be less than what it might have had.
             plan: PlanView { samples: self.samples(), ..self.job.plan.clone() },
             estimated_relmse: self.estimated_relmse(),
+            choice: self.choice(),
             accuracy: &self.accuracy,
             statistics: &self.job.statistics,
             workers: self.workers,
@@ -186,6 +192,9 @@ impl Report {
         terminal::line(format_args!("  {:12} {:9.3} s", "in all", phases.total))?;
         if let Some(told) = shifts(&self.job.statistics) {
             terminal::line(told)?;
+        }
+        if let Some(choice) = self.choice() {
+            terminal::line(format_args!("reconstruction {choice}"))?;
         }
         accuracy::lines(&self.accuracy).into_iter().try_for_each(terminal::line)?;
         terminal::line(format_args!("{} and {}", self.exr.display(), self.png.display()))

@@ -87,7 +87,8 @@ fn describe(frame: &Frame) -> String {
         None => String::new(),
     };
     let stopped = frame.stopped.as_deref().map(|why| format!(", stopped by {why} at {} samples", frame.samples_per_pixel));
-    format!("{}: {} ({percent:.1} %){error}{}", frame.number, frame.state, stopped.unwrap_or_default())
+    let choice = frame.choice.as_deref().map(|choice| format!(", reconstruction {choice}"));
+    format!("{}: {} ({percent:.1} %){error}{}{}", frame.number, frame.state, stopped.unwrap_or_default(), choice.unwrap_or_default())
 }
 
 fn age(job: &JobSummary) -> String {

@@ -54,6 +54,8 @@ pub struct Frame {
     pub seconds: Seconds,
     /// Estimated relMSE of the finished image.
     pub estimated_relmse: Option<f64>,
+    /// Which reconstruction was chosen for it and why, where the plan leaves that to the film.
+    pub choice: Option<String>,
     /// Counters summed over its units, once assembled.
     pub statistics: Statistics,
     /// Samples per pixel up to which it is being rendered; where it has stopped, those of its image.
@@ -74,6 +76,7 @@ impl Frame {
             samples: 0,
             seconds: Seconds::default(),
             estimated_relmse: None,
+            choice: None,
             statistics: Statistics::default(),
             goal,
             stopped: None,

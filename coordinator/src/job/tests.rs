@@ -206,6 +206,7 @@ impl History {
                 files: vec![file],
                 seconds: Seconds::default(),
                 error: Some(Estimate { relmse: 0.5, low: 0.4, high: 0.6 }),
+                choice: None,
                 statistics,
             })
         } else {

@@ -8,6 +8,7 @@ use gradfarm_proto::{Digest, Manifest, block, limits};
 use super::submission::Submission;
 use crate::error::Error;
 use crate::job::{JobId, JobRecord, Timestamp};
+use crate::oidn;
 use crate::schedule::Split;
 use crate::store::Blobs;
 
@@ -31,6 +32,7 @@ pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp)
     let planned = tokio::task::spawn_blocking(move || {
         let scene = SceneDescription::from_json(&description, "scene")?;
         let plan = plan::resolve(&scene, &request)?;
+        oidn::check(plan.reconstruction).map_err(|expected| Error::Invalid { what: "reconstruction", found: "oidn".into(), expected })?;
         Ok::<_, Error>((description, scene.assets(), plan))
     });
     let (description, names, plan) = planned.await.map_err(|_| Error::Stopped)??;

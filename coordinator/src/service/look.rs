@@ -35,6 +35,7 @@ pub(super) fn view(job: &Job) -> JobView {
         samples: Count { done: frame.samples, total: expected(job, position).1 },
         seconds: frame.seconds,
         estimated_relmse: frame.estimated_relmse,
+        choice: frame.choice.clone(),
         statistics: frame.statistics,
         samples_per_pixel: frame.goal,
         stopped: frame.stopped,

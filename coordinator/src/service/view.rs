@@ -78,6 +78,8 @@ pub struct FrameView {
     pub seconds: Seconds,
     /// Estimated relMSE of the finished image, where the two halves can tell.
     pub estimated_relmse: Option<f64>,
+    /// Which reconstruction was chosen for it and why, where the plan leaves that to the film.
+    pub choice: Option<String>,
     /// Counters summed over its units; zero until it is assembled.
     pub statistics: Statistics,
     /// Samples per pixel of its image, or to which it is being rendered.

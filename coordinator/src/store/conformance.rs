@@ -165,6 +165,7 @@ fn frame(state: FrameState) -> Frame {
         samples: 1 << 40,
         seconds: Seconds { load: 0.1, compile: 0.2, render: 0.3, render_span: 0.4, stitch: 0.5, reconstruct: 0.6, write: 0.7 },
         estimated_relmse: None,
+        choice: None,
         statistics: Statistics::from_counts(&[1, 2, u64::MAX]),
         goal: 20,
         stopped: None,
@@ -177,7 +178,7 @@ async fn frames_and_files_are_replaced(store: &dyn Store) {
     let job = record.id;
     let file = |text: &str| FileRecord { kind: FileKind::Png, blob: Digest::of(text.as_bytes()), size: 1 << 33 };
     store.commit(&[submitted(&record), Change::Frame { job, position: 1, frame: Box::new(frame(FrameState::Rendering)) }]).await.unwrap();
-    let done = Frame { estimated_relmse: Some(1e-3), ..frame(FrameState::Done) };
+    let done = Frame { estimated_relmse: Some(1e-3), choice: Some("l2: least".into()), ..frame(FrameState::Done) };
     let changes = [
         Change::Frame { job, position: 1, frame: Box::new(done.clone()) },
         Change::Frame { job, position: 0, frame: Box::new(frame(FrameState::Assembling)) },

@@ -43,6 +43,8 @@ pub struct Metadata {
     pub technique: String,
     /// Reconstruction.
     pub reconstruction: String,
+    /// Why it was chosen for this very frame, where it was.
+    pub choice: Option<String>,
     /// Samples per pixel.
     pub samples: u32,
     /// Version of this program.
@@ -53,6 +55,7 @@ const JOB: &str = "gradfarm:job";
 const SEED: &str = "gradfarm:seed";
 const TECHNIQUE: &str = "gradfarm:technique";
 const RECONSTRUCTION: &str = "gradfarm:reconstruction";
+const CHOICE: &str = "gradfarm:choice";
 const SAMPLES: &str = "gradfarm:samples";
 const VERSION: &str = "gradfarm:version";
 
@@ -85,15 +88,16 @@ pub fn write(mut out: impl Write + Seek, layers: &Layers, metadata: &Metadata) -
 }
 
 impl Metadata {
-    fn attributes(&self) -> [(&'static str, String); 6] {
-        [
+    fn attributes(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let always = [
             (JOB, self.job.clone()),
             (SEED, self.seed.to_string()),
             (TECHNIQUE, self.technique.clone()),
             (RECONSTRUCTION, self.reconstruction.clone()),
             (SAMPLES, self.samples.to_string()),
             (VERSION, self.version.clone()),
-        ]
+        ];
+        always.into_iter().chain(self.choice.clone().map(|choice| (CHOICE, choice)))
     }
 }
 

@@ -241,7 +241,7 @@ fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<Str
         Some(kind) if !technique.takes(kind) => {
             let what = if kind == ReconstructionKind::Graph { "differences along links" } else { "gradients" };
             let other = if kind == ReconstructionKind::Graph { Technique::Graph } else { Technique::Gpt };
-            let own = ReconstructionKind::ALL.into_iter().rev().filter(|own| technique.takes(*own));
+            let own = ReconstructionKind::ALL.into_iter().rev().filter(|own| technique.takes(*own) && *own != ReconstructionKind::Auto);
             return Err(PlanError::Missing {
                 choice: format!("reconstruction {}", kind.name()),
                 missing: format!("{what}, which technique {} does not measure", technique.name()),
@@ -256,7 +256,7 @@ fn reconstruction(request: &Request, technique: Technique, reasons: &mut Vec<Str
         None => match technique {
             Technique::Pt => (ReconstructionKind::None, "there are no gradients to reconstruct from"),
             Technique::Gpt | Technique::Reuse => {
-                (ReconstructionKind::L2, "unbiased, and exact in one step; l1 trades a little bias for fewer outliers")
+                (ReconstructionKind::Auto, "each frame takes the one that its two halves tell the least error of")
             }
             Technique::Graph => (ReconstructionKind::Graph, "unbiased, and made for differences along links"),
         },
@@ -289,9 +289,10 @@ mod tests {
     }
 
     #[test]
-    fn left_alone_it_measures_gradients_and_reconstructs_without_bias() {
+    fn left_alone_it_measures_gradients_and_lets_the_frame_choose() {
         let plan = resolve(&lit(), &Request::default()).unwrap();
-        assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::L2));
+        assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::Auto));
+        assert!(says(&plan, "reconstruction auto: each frame takes"));
         assert_eq!((plan.samples, plan.batch, plan.alpha, plan.seed), (64, Plan::BATCH, 0.2, 0));
         assert_eq!((plan.max_depth, plan.roulette_depth), (16, 5));
         assert_eq!(plan.extent, Extent { width: 32, height: 24 });
@@ -396,7 +397,7 @@ mod tests {
     fn paths_are_reused_by_shifts_that_compose() {
         let reuse = Request { technique: Some(Technique::Reuse), ..Request::default() };
         let plan = resolve(&lit(), &reuse).unwrap();
-        assert_eq!((plan.shift, plan.reconstruction, plan.grain()), (ShiftKind::Composable, ReconstructionKind::L2, plan.reuse_edge));
+        assert_eq!((plan.shift, plan.reconstruction, plan.grain()), (ShiftKind::Composable, ReconstructionKind::Auto, plan.reuse_edge));
         assert!(says(&plan, "reuse their paths"));
         let error = resolve(&lit(), &Request { shift: Some(ShiftKind::Hybrid), ..reuse.clone() }).unwrap_err().to_string();
         assert!(error.contains("shifts that compose") && error.contains("try shift composable"), "{error}");

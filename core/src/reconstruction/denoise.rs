@@ -1,6 +1,6 @@
 //! A denoiser from outside this crate, fed what it can digest.
 
-use super::l2::L2;
+use super::nfor::unbiased;
 use super::shrink::drawn;
 use super::{Measurements, Reconstruct, ReconstructError, SolveReport};
 use crate::film::Image;
@@ -59,7 +59,7 @@ impl Reconstruct for Oidn {
     }
 
     fn solve_halves(&self, halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
-        let [(a, report_a), (b, report_b)] = L2.solve_halves(halves, alpha)?;
+        let [(a, report_a), (b, report_b)] = unbiased(halves, alpha)?;
         let smooth = [denoised(halves[0], halves[0].primal)?, denoised(halves[1], halves[1].primal)?];
         let [a, b] = drawn([a, b], &smooth);
         Ok([(a, report_a), (b, report_b)])

@@ -31,9 +31,9 @@ const TERMS: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 16, 17];
 /// Pixels that are summed at once.
 const AT_ONCE: usize = 4;
 
-/// Fits both halves of an image, in windows weighed by the halves of a guide. Gives each value of the fit at its own pixel. Features and
+/// Fits both halves of an image. Gives each value of the fit at its own pixel. Features and
 /// images have the same size.
-pub(super) fn fit(halves: [&Image; 2], guides: [&Image; 2], features: &Features, fit: &Fit) -> [Image; 2] {
+pub(super) fn fit(halves: [&Image; 2], features: &Features, fit: &Fit) -> [Image; 2] {
     let extent = halves[0].extent();
     let (width, height) = (extent.width as usize, extent.height as usize);
     let mut out = halves.map(Image::clone);
@@ -43,7 +43,7 @@ pub(super) fn fit(halves: [&Image; 2], guides: [&Image; 2], features: &Features,
     }
     let taps = taps(fit);
     let frame = Frame { width, pixels: pixels(halves, 1.0 / scale, features), taps: &taps, fit };
-    let guide = Guide::new(guides, 1.0 / scale);
+    let guide = Guide::new(halves, 1.0 / scale);
     let mut fitted = vec![[0.0f32; 6]; width * height];
     fitted.par_chunks_mut(Band::ROWS * width).enumerate().for_each_init(
         || Band::new(width, taps.len()),

@@ -14,7 +14,7 @@ use super::smooth::smoothed;
 use crate::film::Image;
 
 /// Pixels to each side over which covariance and distance are smoothed.
-const RADIUS: usize = 6; //
+const RADIUS: usize = 6;
 /// Squared brightness below which differences are not taken relatively any more, over the squared mean.
 const DARK: f64 = 1e-2;
 
@@ -22,9 +22,7 @@ const DARK: f64 = 1e-2;
 fn shares(unbiased: [&Image; 2], biased: [&Image; 2]) -> Vec<f32> {
     let extent = biased[0].extent();
     let (width, height) = (extent.width as usize, extent.height as usize);
-    let grey = |i: usize| -> f64 {
-        (0..3).map(|c| f64::from(biased[0].plane(c)[i]) + f64::from(biased[1].plane(c)[i])).sum::<f64>() / 6.0
-    };
+    let grey = |i: usize| -> f64 { (0..3).map(|c| f64::from(biased[0].plane(c)[i]) + f64::from(biased[1].plane(c)[i])).sum::<f64>() / 6.0 };
     let pixels = extent.pixels();
     let mean = (0..pixels).map(|i| grey(i).abs()).sum::<f64>() / pixels.max(1) as f64;
     let (mut covariance, mut distance) = (vec![0.0f32; pixels], vec![0.0f32; pixels]);
@@ -40,9 +38,8 @@ fn shares(unbiased: [&Image; 2], biased: [&Image; 2]) -> Vec<f32> {
         }
         (covariance[i], distance[i]) = ((weight * together) as f32, (weight * apart) as f32);
     }
-    let radius = super::nfor::env("JSR", 6.0) as usize;
     for values in [&mut covariance, &mut distance] {
-        *values = smoothed(&smoothed(values, width, height, radius), width, height, radius);
+        *values = smoothed(&smoothed(values, width, height, RADIUS), width, height, RADIUS);
     }
     let share = |(covariance, distance): (&f32, &f32)| {
         let share = covariance / distance;
@@ -64,4 +61,38 @@ pub(super) fn drawn(unbiased: [Image; 2], biased: &[Image; 2]) -> [Image; 2] {
         }
     }
     halves
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::Extent;
+
+    /// Mean share of a constant bias of 0.2 against noise of that standard deviation in each half.
+    fn share(deviation: f32) -> f64 {
+        let extent = Extent { width: 64, height: 48 };
+        let noisy = |seed: usize| {
+            let mut image = crate::reconstruction::tests::random(extent, seed, deviation * 12f32.sqrt());
+            image.data_mut().iter_mut().for_each(|v| *v += 1.0);
+            image
+        };
+        let mut off = Image::new(extent, 3);
+        off.data_mut().fill(1.2);
+        let (a, b) = (noisy(1), noisy(2));
+        let shares = shares([&a, &b], [&off, &off]);
+        let [x, y] = drawn([a.clone(), b.clone()], &[off.clone(), off]);
+        assert!(deviation > 0.0 || (x == a && y == b), "without noise the unbiased image stays");
+        shares.iter().map(|share| f64::from(*share)).sum::<f64>() / shares.len() as f64
+    }
+
+    #[test]
+    fn the_share_is_that_of_least_squared_error_and_falls_with_the_noise() {
+        for deviation in [0.0f32, 0.03, 0.1, 0.3, 1.0] {
+            // Of the mean of two halves.
+            let variance = f64::from(deviation * deviation) / 2.0;
+            let best = variance / (variance + 0.04);
+            let found = share(deviation);
+            assert!((found - best).abs() < 0.05, "{deviation}: {found} against {best}");
+        }
+    }
 }

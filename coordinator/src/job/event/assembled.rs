@@ -22,6 +22,7 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, Str
     frame.seconds.reconstruct = assembled.seconds.reconstruct;
     frame.seconds.write = assembled.seconds.write;
     frame.estimated_relmse = assembled.error.map(|error| error.relmse);
+    frame.choice = assembled.choice;
     frame.statistics = assembled.statistics;
     // Where it stopped at a check, that was the last point already.
     if let Some(error) = assembled.error.filter(Estimate::is_sound)

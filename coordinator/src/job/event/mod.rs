@@ -119,6 +119,8 @@ pub struct Assembled {
     pub seconds: Seconds,
     /// Its error, where the halves can tell.
     pub error: Option<Estimate>,
+    /// Which reconstruction was chosen for it and why, where the plan leaves that to the film.
+    pub choice: Option<String>,
     /// Counters of all its units.
     pub statistics: Statistics,
 }

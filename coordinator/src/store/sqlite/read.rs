@@ -128,6 +128,7 @@ fn frame(row: &SqliteRow, samples: u32) -> Result<Frame, StoreError> {
             write: row.try_get("write")?,
         },
         estimated_relmse: row.try_get("estimated_relmse")?,
+        choice: row.try_get("choice")?,
         statistics: Statistics::from_counts(&counts),
         goal: row.try_get::<Option<u32>, _>("goal")?.unwrap_or(samples),
         stopped: stopped.transpose()?,

@@ -105,14 +105,14 @@ pub(super) async fn make(transaction: &mut Transaction<'static, Sqlite>, change:
 
 async fn keep_frame(transaction: &mut Transaction<'static, Sqlite>, job: JobId, position: u32, frame: &Frame) -> Result<u64, StoreError> {
     let upsert = "INSERT INTO frames (job, position, state, started, units, samples, load, compile, render, render_span, stitch,
-                                      reconstruct, write, estimated_relmse, statistics, goal, stopped)
+                                      reconstruct, write, estimated_relmse, statistics, goal, stopped, choice)
                   SELECT id, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17 FROM jobs WHERE id = $1
                   ON CONFLICT (job, position) DO UPDATE SET
                       state = excluded.state, started = excluded.started, units = excluded.units, samples = excluded.samples,
                       load = excluded.load, compile = excluded.compile, render = excluded.render, render_span = excluded.render_span,
                       stitch = excluded.stitch, reconstruct = excluded.reconstruct, write = excluded.write,
                       estimated_relmse = excluded.estimated_relmse, statistics = excluded.statistics,
-                      goal = excluded.goal, stopped = excluded.stopped";
+                      goal = excluded.goal, stopped = excluded.stopped, choice = excluded.choice";
     let statistics: Vec<u8> = frame.statistics.counts().iter().flat_map(|count| count.to_le_bytes()).collect();
     let query = sqlx::query(upsert)
         .bind(id(job))
@@ -131,7 +131,8 @@ async fn keep_frame(transaction: &mut Transaction<'static, Sqlite>, job: JobId, 
         .bind(frame.estimated_relmse)
         .bind(statistics)
         .bind(frame.goal)
-        .bind(frame.stopped.map(Reason::name));
+        .bind(frame.stopped.map(Reason::name))
+        .bind(&frame.choice);
     let rows = query.execute(&mut **transaction).await?.rows_affected();
     if rows == 1 {
         keep_points(transaction, job, position, &frame.points).await?;

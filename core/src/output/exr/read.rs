@@ -1,6 +1,6 @@
 //! Reading OpenEXR, written by this program or another.
 
-use super::{JOB, Metadata, RECONSTRUCTION, SAMPLES, SEED, TECHNIQUE, VERSION, check_pixels, qualified, text};
+use super::{CHOICE, JOB, Metadata, RECONSTRUCTION, SAMPLES, SEED, TECHNIQUE, VERSION, check_pixels, qualified, text};
 use crate::film::Image;
 use crate::lattice::Extent;
 use crate::output::Error;
@@ -43,6 +43,7 @@ fn metadata(header: &Header) -> Option<Metadata> {
         seed: find(SEED)?.parse().ok()?,
         technique: find(TECHNIQUE)?,
         reconstruction: find(RECONSTRUCTION)?,
+        choice: find(CHOICE),
         samples: find(SAMPLES)?.parse().ok()?,
         version: find(VERSION)?,
     })

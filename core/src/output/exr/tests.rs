@@ -26,6 +26,7 @@ fn facts() -> Metadata {
         seed: u64::MAX,
         technique: "gpt".into(),
         reconstruction: "l1".into(),
+        choice: Some("l1: least".into()),
         samples: 64,
         version: "0.1.0".into(),
     }
