@@ -82,7 +82,7 @@ fn other_programs_see_plain_channels_in_one_part() {
     assert!(header.channels.list.iter().all(|c| c.sample_type == SampleType::F32));
     let mut custom: Vec<String> = header.own_attributes.other.keys().map(|name| name.to_string()).collect();
     custom.sort();
-    assert_eq!(custom, [JOB, RECONSTRUCTION, SAMPLES, SEED, TECHNIQUE, VERSION]);
+    assert_eq!(custom, [CHOICE, JOB, RECONSTRUCTION, SAMPLES, SEED, TECHNIQUE, VERSION]);
     assert_eq!(header.own_attributes.other[&text(SEED)], AttributeValue::Text(text("18446744073709551615")));
 }
 
