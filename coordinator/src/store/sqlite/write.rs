@@ -106,7 +106,7 @@ pub(super) async fn make(transaction: &mut Transaction<'static, Sqlite>, change:
 async fn keep_frame(transaction: &mut Transaction<'static, Sqlite>, job: JobId, position: u32, frame: &Frame) -> Result<u64, StoreError> {
     let upsert = "INSERT INTO frames (job, position, state, started, units, samples, load, compile, render, render_span, stitch,
                                       reconstruct, write, estimated_relmse, statistics, goal, stopped, choice)
-                  SELECT id, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17 FROM jobs WHERE id = $1
+                  SELECT id, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18 FROM jobs WHERE id = $1
                   ON CONFLICT (job, position) DO UPDATE SET
                       state = excluded.state, started = excluded.started, units = excluded.units, samples = excluded.samples,
                       load = excluded.load, compile = excluded.compile, render = excluded.render, render_span = excluded.render_span,
