@@ -15,21 +15,31 @@ pub(super) struct Mitsuba {
     python: PathBuf,
     /// As it tells it.
     pub(super) version: String,
+    /// How it computes.
+    pub(super) variant: &'static str,
 }
 
-/// Renders once to warm up, and once by the clock; tells seconds and variant. Arguments: scene, samples, seed, width, height, output.
+/// Variants from fast to slow: the first needs LLVM's library, which may be missing or of a version that does not fit.
+const VARIANTS: [&str; 2] = ["llvm_ad_rgb", "scalar_rgb"];
+
+/// Tells the version if the variant that is given can render.
+const TRIAL: &str = r#"
+import sys
+import mitsuba as mi
+mi.set_variant(sys.argv[1])
+scene = mi.cornell_box()
+scene["sensor"]["film"]["width"] = scene["sensor"]["film"]["height"] = 4
+mi.Bitmap(mi.render(mi.load_dict(scene), spp=1))
+print(mi.__version__)
+"#;
+
+/// Renders once to warm up, and once by the clock; tells the seconds. Arguments: variant, scene, samples, seed, width, height, output.
 const PROGRAM: &str = r#"
 import sys, time
 import mitsuba as mi
-scene, samples, seed, width, height, output = sys.argv[1], *map(int, sys.argv[2:6]), sys.argv[6]
-for variant in ("llvm_ad_rgb", "scalar_rgb"):
-    try:
-        mi.set_variant(variant)
-        loaded = mi.load_file(scene)
-        break
-    except Exception as fault:
-        if variant == "scalar_rgb":
-            raise
+mi.set_variant(sys.argv[1])
+scene, samples, seed, width, height, output = sys.argv[2], *map(int, sys.argv[3:7]), sys.argv[7]
+loaded = mi.load_file(scene)
 params = mi.traverse(loaded)
 size = [key for key in params.keys() if key.endswith("film.size")][0]
 params[size] = [width, height]
@@ -42,21 +52,24 @@ start = time.perf_counter()
 bitmap = render(samples, seed)
 seconds = time.perf_counter() - start
 bitmap.write(output)
-print(seconds, variant)
+print(seconds)
 "#;
 
 impl Mitsuba {
     /// Looks for Python with the package `mitsuba`; the environment variable `GRADFARM_PYTHON` names another Python.
     pub(super) fn find() -> Option<Self> {
         let python = std::env::var_os("GRADFARM_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
-        let told = std::process::Command::new(&python)
-            .args(["-c", "import mitsuba; print(mitsuba.__version__)"])
-            .stdin(Stdio::null())
-            .stderr(Stdio::null())
-            .output()
-            .ok()
-            .filter(|output| output.status.success())?;
-        Some(Self { python, version: String::from_utf8_lossy(&told.stdout).trim().to_owned() })
+        VARIANTS.into_iter().find_map(|variant| {
+            let told = std::process::Command::new(&python)
+                .args(["-c", TRIAL, variant])
+                .stdin(Stdio::null())
+                .stderr(Stdio::null())
+                .output()
+                .ok()
+                .filter(|output| output.status.success())?;
+            let version = String::from_utf8_lossy(&told.stdout).trim().to_owned();
+            Some(Self { python: python.clone(), version, variant })
+        })
     }
 
     /// Whether a scene is in its format.
@@ -75,7 +88,7 @@ impl Mitsuba {
         // Its seeds have 32 bits.
         let numbers = [samples.to_string(), (seed as u32 >> 1).to_string(), size.width.to_string(), size.height.to_string()];
         let done = std::process::Command::new(&self.python)
-            .args(["-c", PROGRAM])
+            .args(["-c", PROGRAM, self.variant])
             .arg(scene)
             .args(numbers)
             .arg(&output)
@@ -87,8 +100,8 @@ impl Mitsuba {
             return Err(failed(told.lines().last().unwrap_or("it failed and said nothing").to_owned()));
         }
         let told = String::from_utf8_lossy(&done.stdout);
-        let seconds = told.split_whitespace().rev().nth(1).and_then(|word| word.parse().ok());
-        let seconds = seconds.ok_or_else(|| failed(format!("it told `{}`, expected seconds and a variant", told.trim())))?;
+        let seconds = told.split_whitespace().last().and_then(|word| word.parse().ok());
+        let seconds = seconds.ok_or_else(|| failed(format!("it told `{}`, expected seconds", told.trim())))?;
         let bytes = std::fs::read(&output).map_err(|fault| failed(fault.to_string()))?;
         let image = exr::read_rgb(&bytes).map_err(|fault| failed(fault.to_string()))?;
         if image.extent() != size {

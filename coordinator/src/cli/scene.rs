@@ -30,7 +30,20 @@ pub(super) async fn read_asset(assets: &SceneAssets, name: &str) -> Result<Bytes
     Ok(read.map_err(|fault| Error::Failed(fault.to_string()))??.into())
 }
 
-/// What to call a job that renders this scene.
+/// What to call a job that renders this scene: the file's name, or its folder's where all files are called alike.
 pub(super) fn job_name(path: &Path) -> String {
-    path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+    let stem = path.file_stem().unwrap_or(path.as_os_str());
+    let folder = path.parent().and_then(Path::file_name).filter(|_| stem == "scene");
+    folder.unwrap_or(stem).to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_are_called_by_what_tells_them_apart() {
+        let names = ["hall.json", "a/hall.json", "a/door/scene.xml", "scene.xml", "/scene.xml"].map(|path| job_name(Path::new(path)));
+        assert_eq!(names, ["hall", "hall", "door", "scene", "scene"]);
+    }
 }

@@ -173,7 +173,7 @@ impl Study {
 
     fn described(&self, peer: Option<&Mitsuba>) -> Found {
         let command: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
-        let peer = peer.map_or(String::new(), |mitsuba| format!(", beside Mitsuba {}", mitsuba.version));
+        let peer = peer.map_or(String::new(), |mitsuba| format!(", beside Mitsuba {} ({})", mitsuba.version, mitsuba.variant));
         Found {
             version: format!("{}{peer}", env!("CARGO_PKG_VERSION")),
             command: command.join(" "),
