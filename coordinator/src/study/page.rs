@@ -178,7 +178,7 @@ const STYLE: &str = "\
 :root{color-scheme:light dark}\
 body{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem}\
 h1,h2{line-height:1.2}section{margin-top:3rem}\
-table{border-collapse:collapse;margin:1rem 0;display:block;overflow-x:auto}caption{text-align:left;font-weight:600;padding:.25rem 0}\
+table{border-collapse:collapse;margin:1rem 0;display:block;overflow-x:auto}caption{text-align:left;white-space:nowrap;font-weight:600;padding:.25rem 0}\
 th,td{padding:.25rem .6rem;border-bottom:1px solid color-mix(in srgb,currentColor 25%,transparent);text-align:right;font-variant-numeric:tabular-nums}\
 th:first-child{text-align:left}\
 dt{font-weight:600}dd{margin:0 0 .5rem}code{overflow-wrap:anywhere}\
