@@ -109,6 +109,11 @@ impl Coordinator {
 
     /// Submits a job; its name.
     pub fn submit(&self, job: &Job) -> String {
+        self.submit_with(job, &[])
+    }
+
+    /// Submits a job with further arguments; its name.
+    pub fn submit_with(&self, job: &Job, more: &[&str]) -> String {
         let samples = job.samples.to_string();
         let size = format!("{}x{}", job.width, job.height);
         let file = self.data.path().join("scene.json");
@@ -117,7 +122,7 @@ impl Coordinator {
         let rounds = job.rounds.to_string();
         let technique = job.technique.name();
         let arguments = ["submit", file, "--technique", technique, "--samples", &samples, "--size", &size, "--tile", &tile, "--seed", "11"];
-        let arguments = [&arguments[..], &["--rounds", &rounds]].concat();
+        let arguments = [&arguments[..], &["--rounds", &rounds], more].concat();
         self.ask(&arguments).unwrap().trim().to_owned()
     }
 

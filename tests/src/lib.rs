@@ -7,4 +7,5 @@ pub mod laws;
 pub mod programs;
 pub mod scenes;
 pub mod statistics;
+pub mod stopping;
 pub mod truth;

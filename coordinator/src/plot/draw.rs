@@ -87,10 +87,12 @@ fn draw(plot: &Plot, area: &Area<'_>, x: Logarithmic, y: Logarithmic) -> Result<
         chart.draw_series([Text::new(level.name.clone(), place, style)])?;
     }
     for mark in plot.marks.iter().filter(|mark| has_logarithm(mark.x) && has_logarithm(mark.y)) {
-        let style = font(TEXT - 2, theme::INK).pos(Pos::new(HPos::Left, VPos::Bottom));
+        // Near the right end the text stands on the left.
+        let (side, away) = if mark.x > right / (right / left).powf(0.3) { (HPos::Right, -7) } else { (HPos::Left, 7) };
+        let style = font(TEXT - 2, theme::INK).pos(Pos::new(side, VPos::Bottom));
         let dot = EmptyElement::at((mark.x, mark.y))
             + Circle::new((0, 0), 4, theme::INK.stroke_width(2))
-            + Text::new(mark.text.clone(), (7, -5), style);
+            + Text::new(mark.text.clone(), (away, -5), style);
         chart.draw_series([dot])?;
     }
     if plot.series.iter().any(|series| !series.name.is_empty()) {

@@ -30,7 +30,7 @@ pub(super) fn rule(stop: &Stop, rounds: u32, reasons: &mut Vec<String>) -> Resul
             return Err(PlanError::OutOfRange { what: "error to reach", found: error.to_string(), expected });
         }
         reasons.push(format!(
-            "a frame stops when its estimated relMSE is at most {error} and the upper end of the estimate's interval at most {:.1} times that: asked for",
+            "a frame stops when its estimated relMSE is at most {error} and very probably at most {:.1} times that: asked for",
             Stop::SURE
         ));
     }
