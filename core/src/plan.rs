@@ -103,8 +103,10 @@ pub struct Request {
     pub extent: Option<Extent>,
     /// Seed of all randomness.
     pub seed: u64,
-    /// Weight of the primal in the reconstruction, or `None` for 0.2.
+    /// Weight of the primal in the reconstruction, or `None` for the one that the measured noise calls for.
     pub alpha: Option<f32>,
+    /// Whether negative values of the finished image become zero, which biases it.
+    pub clamp: bool,
     /// Longest path in edges (1 = directly visible emitters only), or `None` for the scene's own.
     pub max_depth: Option<u32>,
     /// Shift, or `None` for `auto`.
@@ -137,8 +139,10 @@ pub struct Plan {
     pub batch: u32,
     /// Seed of all randomness.
     pub seed: u64,
-    /// Weight of the primal in the reconstruction, > 0.
-    pub alpha: f32,
+    /// Weight of the primal in the reconstruction, > 0; `None` for the one that the measured noise calls for.
+    pub alpha: Option<f32>,
+    /// Whether negative values of the finished image become zero, which biases it.
+    pub clamp: bool,
     /// Longest path in edges: 1 shows emitters only, 2 adds one bounce.
     pub max_depth: u32,
     /// Edges after which Russian roulette starts.

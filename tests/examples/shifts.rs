@@ -125,7 +125,7 @@ fn measure(scene: &Scene, plan: &Plan) -> Result<Worth, Fault> {
 }
 
 /// The L2 image without directly visible emission, whose edges are as noisy whatever the shift.
-fn indirect(film: &Film, alpha: f32) -> Result<Image, Fault> {
+fn indirect(film: &Film, alpha: Option<f32>) -> Result<Image, Fault> {
     let mut image = reconstruct(film, ReconstructionKind::L2, alpha)?.image;
     for (value, direct) in image.data_mut().iter_mut().zip(film.combined().direct.data()) {
         *value -= direct;

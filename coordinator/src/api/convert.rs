@@ -29,6 +29,7 @@ impl From<&Plan> for json::PlanView {
             technique: plan.technique.name().to_owned(),
             reconstruction: plan.reconstruction.name().to_owned(),
             alpha: plan.alpha,
+            clamp: plan.clamp,
             samples: plan.samples,
             batch: plan.batch,
             seed: plan.seed,

@@ -111,8 +111,11 @@ pub struct PlanView {
     pub technique: String,
     /// Reconstruction.
     pub reconstruction: String,
-    /// Weight of the primal in the reconstruction.
-    pub alpha: f32,
+    /// Weight of the primal in the reconstruction; null: the one that the measured noise calls for.
+    pub alpha: Option<f32>,
+    /// Whether negative values of the finished image become zero, which biases it.
+    #[serde(default)]
+    pub clamp: bool,
     /// Samples per pixel; the most where frames may stop early.
     pub samples: u32,
     /// Samples per unit of work.

@@ -52,9 +52,12 @@ pub struct JobOptions {
     /// Seed of all randomness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// Weight of the primal in the reconstruction.
+    /// Weight of the primal in the reconstruction; without it the one that the measured noise calls for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha: Option<f32>,
+    /// Whether negative values of the finished image become zero, which biases it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clamp: Option<bool>,
     /// Longest path [edges].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_depth: Option<u32>,
@@ -203,6 +206,7 @@ impl JobOptions {
             extent: read("size", self.size.as_deref(), request::size)?,
             seed: self.seed.unwrap_or(0),
             alpha: read("alpha", self.alpha, request::check_alpha)?,
+            clamp: self.clamp.unwrap_or(false),
             max_depth: self.max_depth,
             shift: read("shift", self.shift.as_deref(), request::shift)?.flatten(),
             shift_survival: read("shift_survival", self.shift_survival, request::check_survival)?,
@@ -226,6 +230,7 @@ impl JobOptions {
             size: asked.extent.map(request::size_text),
             seed: Some(asked.seed),
             alpha: asked.alpha,
+            clamp: asked.clamp.then_some(true),
             max_depth: asked.max_depth,
             shift: asked.shift.map(|kind| kind.name().to_owned()),
             shift_survival: asked.shift_survival,
@@ -257,6 +262,7 @@ mod tests {
             extent: Some(Extent { width: 5, height: 6 }),
             seed: u64::MAX,
             alpha: Some(0.25),
+            clamp: true,
             max_depth: Some(4),
             shift: Some(ShiftKind::Hybrid),
             shift_survival: Some(0.5),

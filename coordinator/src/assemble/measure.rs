@@ -41,11 +41,14 @@ impl Ready {
 /// Adds a frame's passes up and reconstructs it.
 pub(super) async fn reconstructed(task: &Task, store: &dyn Store, blobs: &Blobs) -> Result<(Stitched, Solved), AssembleError> {
     let stitched = stitch(task, store, blobs).await?;
-    let (kind, alpha) = (task.record.plan.reconstruction, task.record.plan.alpha);
+    let (kind, alpha, clamp) = (task.record.plan.reconstruction, task.record.plan.alpha, task.record.plan.clamp);
     let solve = move || {
         oidn::check(kind).map_err(AssembleError::Denoiser)?;
         let start = Instant::now();
-        let reconstructed = reconstruct(&stitched.film, kind, alpha)?;
+        let mut reconstructed = reconstruct(&stitched.film, kind, alpha)?;
+        if clamp {
+            reconstructed.clamp();
+        }
         Ok((stitched, Solved { reconstructed, seconds: start.elapsed().as_secs_f64() }))
     };
     tokio::task::spawn_blocking(solve).await?

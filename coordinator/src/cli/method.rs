@@ -61,12 +61,13 @@ impl FromStr for Method {
             match key {
                 "shift" => asked.shift = request::shift(value)?,
                 "survival" => asked.shift_survival = Some(request::check_survival(real()?)?),
+                "clamp" => asked.clamp = value.parse().map_err(|_| number("true or false"))?,
                 "alpha" => asked.alpha = Some(request::check_alpha(real()?)?),
                 "reuse-edge" => asked.reuse_edge = Some(count()?),
                 "links" => asked.links = Some(count()?),
                 "rounds" => asked.rounds = Some(count()?),
                 "max-depth" => asked.max_depth = Some(count()?),
-                _ => return Err(format!("`{key}` is none of shift, survival, alpha, reuse-edge, links, rounds, max-depth")),
+                _ => return Err(format!("`{key}` is none of shift, survival, alpha, clamp, reuse-edge, links, rounds, max-depth")),
             }
         }
         Ok(Self { text: text.to_owned(), asked })

@@ -10,12 +10,14 @@ mod files;
 mod follow;
 mod import;
 mod local;
+mod measured;
 mod method;
 mod options;
 mod peer;
 mod plan;
 mod progress;
 mod pull;
+mod reconstruct;
 mod render;
 mod report;
 mod scene;
@@ -67,6 +69,8 @@ enum Command {
     Accuracy(accuracy::AccuracyCommand),
     /// Measure how far one image is from another
     Compare(compare::Compare),
+    /// Make an image of a primal and its gradients, such as another renderer's
+    Reconstruct(reconstruct::Reconstruct),
     /// Tell what would be done with a scene, and why
     Plan(plan::Plan),
     /// Compare techniques at equal time
@@ -101,6 +105,7 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Pull(command) => wait_for(command.run()),
         Command::Accuracy(command) => wait_for(command.run()),
         Command::Compare(command) => command.run(),
+        Command::Reconstruct(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Study(command) => command.run(),
         Command::Import(command) => command.run(),

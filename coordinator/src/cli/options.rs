@@ -29,9 +29,12 @@ pub(super) struct RenderOptions {
     /// Seed of all randomness: the same seed gives the same bits
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Weight of the primal against the gradients in the reconstruction, above 0 [default: 0.2; 0.3 for technique graph]
+    /// Weight of the primal against the gradients in the reconstruction, above 0 [default: what the measured noise calls for]
     #[arg(long, value_name = "A", value_parser = alpha)]
     alpha: Option<f32>,
+    /// Set negative values of the finished image to zero; this biases it
+    #[arg(long)]
+    clamp: bool,
     /// Longest path in edges: 1 shows emitters only, 2 adds one bounce [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(PATH_EDGES)))]
     max_depth: Option<u32>,
@@ -71,6 +74,7 @@ impl RenderOptions {
             extent: self.size,
             seed: self.seed,
             alpha: self.alpha,
+            clamp: self.clamp,
             max_depth: self.max_depth,
             shift: self.shift.0,
             shift_survival: self.shift_survival,
@@ -148,6 +152,7 @@ mod tests {
             "--error=1e-3",
             "--seconds=2.5",
             "--curve",
+            "--clamp",
         ];
         let expected = Request {
             technique: Some(Technique::Gpt),
@@ -156,6 +161,7 @@ mod tests {
             extent: Some(Extent { width: 3, height: 4 }),
             seed: 9,
             alpha: Some(0.5),
+            clamp: true,
             max_depth: Some(2),
             shift: Some(ShiftKind::Hybrid),
             shift_survival: Some(0.1),

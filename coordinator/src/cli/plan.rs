@@ -50,7 +50,12 @@ impl Plan {
         terminal::line(format_args!("scene           {}{files}", self.scene.display()))?;
         terminal::line(format_args!("film            {} × {} pixels", plan.extent.width, plan.extent.height))?;
         terminal::line(format_args!("technique       {}", plan.technique.name()))?;
-        terminal::line(format_args!("reconstruction  {} (alpha {})", plan.reconstruction.name(), plan.alpha))?;
+        let alpha = plan.alpha.map_or_else(|| "by noise".to_owned(), |alpha| alpha.to_string());
+        terminal::line(format_args!(
+            "reconstruction  {} (alpha {alpha}){}",
+            plan.reconstruction.name(),
+            if plan.clamp { ", negative values set to zero" } else { "" }
+        ))?;
         terminal::line(format_args!("samples         {} per pixel, in runs of {}", plan.samples, plan.batch))?;
         if plan.rounds > 1 {
             let even = plan.even_before(plan.rounds);

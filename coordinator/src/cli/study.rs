@@ -27,7 +27,7 @@ tracing's in the same time, `time to equal error` how many times sooner the erro
 law relMSE = c · seconds^slope fitted to all budgets.
 
 A method is a technique with its reconstruction, and options after colons: gpt+l2, reuse+l1, gpt+l2:shift=replay:rounds=4. \
-Options: shift, survival, alpha, reuse-edge, links, rounds, max-depth. --techniques and --reconstructions name all their pairs at once.
+Options: shift, survival, alpha, clamp, reuse-edge, links, rounds, max-depth. --techniques and --reconstructions name all their pairs at once.
 
 Where Python has the package `mitsuba`, Mitsuba 3 joins on scenes in its format (GRADFARM_PYTHON names another Python).
 

@@ -8,7 +8,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-pub use read::{read_layer, read_metadata, read_rgb};
+pub use read::{layers, read_layer, read_metadata, read_rgb};
 
 use super::Error;
 use crate::film::Image;

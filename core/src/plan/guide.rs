@@ -33,6 +33,8 @@ pub struct TileGuide {
 
 /// Added to the squared radiance, as in relMSE.
 const DARK: f64 = 1e-3;
+/// Weight of the primal against the gradients where the noise of both is yet to decide it.
+const TYPICAL_ALPHA: f32 = 0.2;
 /// Pixels with a score below this share of the largest one count as if they had it.
 const LEAST: f64 = 1e-4;
 /// Taps of the filter that smooths the score, along rows and along columns.
@@ -121,7 +123,7 @@ impl TileGuide {
 /// The fourth root of the relative noise of one sample of each pixel, smoothed; none is zero unless all are.
 fn scores(plan: &Plan, noise: &Noise) -> Vec<f64> {
     let extent = plan.extent;
-    let alpha = f64::from(plan.alpha);
+    let alpha = f64::from(plan.alpha.unwrap_or(TYPICAL_ALPHA));
     // What the image is made of: the primal alone, or primal and gradients.
     let (primal, gradients) = if plan.reconstruction == ReconstructionKind::None { (1.0, 0.0) } else { (alpha * alpha, 1.0) };
     let grey = windows(extent, |window| {

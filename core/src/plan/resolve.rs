@@ -7,11 +7,6 @@ use crate::scene::{SceneDescription, limits};
 
 /// Most samples per pixel.
 const MOST_SAMPLES: u32 = 1_000_000;
-/// Weight of the primal in the reconstruction where nothing else was asked (Kettunen et al. 2015).
-const DEFAULT_ALPHA: f32 = 0.2;
-/// The same where differences are measured along links: without those across edges they are less noisy, and yet the primal may count for
-/// more, because the pixels that links leave to themselves have nothing else.
-const DEFAULT_LINK_ALPHA: f32 = 0.3;
 /// Least probability of a shift where nothing else was asked: no roulette.
 const DEFAULT_SURVIVAL: f32 = 1.0;
 /// Edge of the groups that reuse one another's paths where nothing else was asked [pixels].
@@ -85,9 +80,9 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     }
     let rounds = rounds(request, technique, samples, &mut reasons)?;
     stop::rule(&request.stop, rounds, &mut reasons)?;
-    let alpha = request.alpha.unwrap_or(if technique == Technique::Graph { DEFAULT_LINK_ALPHA } else { DEFAULT_ALPHA });
-    if !(alpha.is_finite() && alpha > 0.0) {
-        return Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() });
+    let alpha = alpha(request, reconstruction, &mut reasons)?;
+    if request.clamp {
+        reasons.push("negative values of the image become zero, which biases it: asked for".to_string());
     }
     Ok(Plan {
         extent,
@@ -97,6 +92,7 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
         batch: Plan::BATCH,
         seed: request.seed,
         alpha,
+        clamp: request.clamp,
         max_depth,
         roulette_depth: scene.integrator.roulette_depth,
         shift,
@@ -108,6 +104,21 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
         stop: request.stop,
         reasons,
     })
+}
+
+fn alpha(request: &Request, reconstruction: ReconstructionKind, reasons: &mut Vec<String>) -> Result<Option<f32>, PlanError> {
+    match request.alpha {
+        Some(alpha) if !(alpha.is_finite() && alpha > 0.0) => {
+            Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() })
+        }
+        None if reconstruction != ReconstructionKind::None => {
+            reasons.push(
+                "the primal counts as much against differences as the measured noise of both calls for: no alpha is asked for".to_string(),
+            );
+            Ok(None)
+        }
+        alpha => Ok(alpha),
+    }
 }
 
 fn in_range(what: &'static str, found: u32, most: u32, unit: &str) -> Result<(), PlanError> {
@@ -293,7 +304,7 @@ mod tests {
         let plan = resolve(&lit(), &Request::default()).unwrap();
         assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::Auto));
         assert!(says(&plan, "reconstruction auto: each frame takes"));
-        assert_eq!((plan.samples, plan.batch, plan.alpha, plan.seed), (64, Plan::BATCH, 0.2, 0));
+        assert_eq!((plan.samples, plan.batch, plan.alpha, plan.seed), (64, Plan::BATCH, None, 0));
         assert_eq!((plan.max_depth, plan.roulette_depth), (16, 5));
         assert_eq!(plan.extent, Extent { width: 32, height: 24 });
         assert!(says(&plan, "technique gpt: neighbouring") && says(&plan, "reconnection alone"));
@@ -308,6 +319,7 @@ mod tests {
             extent: Some(Extent { width: 7, height: 5 }),
             seed: 9,
             alpha: Some(1.5),
+            clamp: true,
             max_depth: Some(2),
             shift: Some(ShiftKind::Hybrid),
             shift_survival: Some(0.5),
@@ -318,7 +330,7 @@ mod tests {
         };
         let plan = resolve(&lit(), &request).unwrap();
         assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::L1));
-        assert_eq!((plan.samples, plan.alpha, plan.seed, plan.max_depth), (1_000_000, 1.5, 9, 2));
+        assert_eq!((plan.samples, plan.alpha, plan.seed, plan.max_depth), (1_000_000, Some(1.5), 9, 2));
         assert_eq!((plan.shift_survival, plan.reuse_edge, plan.links), (0.5, 3, 4));
         assert_eq!(plan.extent, Extent { width: 7, height: 5 });
         assert!(says(&plan, "technique gpt: asked for"));
@@ -345,7 +357,7 @@ mod tests {
         let ask =
             |technique, reconstruction| resolve(&lit(), &Request { technique: Some(technique), reconstruction, ..Request::default() });
         let plan = ask(Technique::Graph, None).unwrap();
-        assert_eq!((plan.reconstruction, plan.links, plan.alpha), (ReconstructionKind::Graph, 4, 0.3));
+        assert_eq!((plan.reconstruction, plan.links, plan.alpha), (ReconstructionKind::Graph, 4, None));
         assert_eq!(plan.layout().len(), PlaneKind::layout(false).len() + 4 + 2 * 2 * 4);
         let refused = |technique, reconstruction| ask(technique, Some(reconstruction)).unwrap_err().to_string();
         let l2 = refused(Technique::Graph, ReconstructionKind::L2);

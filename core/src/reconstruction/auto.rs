@@ -25,7 +25,7 @@ fn candidates(film: &Film) -> &'static [ReconstructionKind] {
 ///
 /// # Errors
 /// As [`reconstruct`] of the first.
-pub(super) fn choose(film: &Film, alpha: f32) -> Result<Reconstructed, ReconstructError> {
+pub(super) fn choose(film: &Film, alpha: Option<f32>) -> Result<Reconstructed, ReconstructError> {
     let candidates = candidates(film);
     let mut best = reconstruct(film, candidates[0], alpha)?;
     let Some(mut least) = relmse(&best) else {

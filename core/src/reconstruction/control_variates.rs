@@ -165,7 +165,7 @@ fn iterate(m: &Measurements, iterations: u32, weights: &Weights) -> Result<(Imag
     if image.data().iter().any(|v| !v.is_finite()) {
         return Err(ReconstructError::Diverged { iterations, residual: f64::INFINITY });
     }
-    Ok((image, SolveReport { iterations, residual: 0.0 }))
+    Ok((image, SolveReport { iterations, ..SolveReport::default() }))
 }
 
 /// One channel of one row, averaged with what its neighbours say.

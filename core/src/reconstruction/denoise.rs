@@ -51,15 +51,15 @@ impl Reconstruct for Oidn {
     fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
         match other {
             Some(other) => {
-                let [done, _] = self.solve_halves([own, other], alpha)?;
+                let [done, _] = self.solve_halves([own, other], [alpha; 2])?;
                 Ok(done)
             }
             None => Ok((denoised(own, own.primal)?, SolveReport::default())),
         }
     }
 
-    fn solve_halves(&self, halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
-        let [(a, report_a), (b, report_b)] = unbiased(halves, alpha)?;
+    fn solve_halves(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+        let [(a, report_a), (b, report_b)] = unbiased(halves, alphas)?;
         let smooth = [denoised(halves[0], halves[0].primal)?, denoised(halves[1], halves[1].primal)?];
         let [a, b] = drawn([a, b], &smooth);
         Ok([(a, report_a), (b, report_b)])

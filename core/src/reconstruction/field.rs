@@ -7,7 +7,7 @@ use crate::film::Image;
 use rayon::prelude::*;
 
 /// Rows of one band.
-const BAND: usize = 16;
+pub(super) const BAND: usize = 16;
 /// Accumulators of an inner product: fixed, so that its rounding is.
 const LANES: usize = 8;
 
@@ -34,8 +34,14 @@ impl Field {
     pub(super) fn from_image(image: &Image) -> Self {
         let (width, height) = (image.extent().width as usize, image.extent().height as usize);
         let mut field = Self::new(width, height);
-        field.each_row(|row| row.values.copy_from_slice(&image.plane(row.channel)[row.y * width..(row.y + 1) * width]));
+        field.copy_from(image);
         field
+    }
+
+    /// Takes the values of an image of the same size.
+    pub(super) fn copy_from(&mut self, image: &Image) {
+        let width = self.width;
+        self.each_row(|row| row.values.copy_from_slice(&image.plane(row.channel)[row.y * width..(row.y + 1) * width]));
     }
 
     pub(super) fn copy_to(&self, image: &mut Image) {
@@ -76,16 +82,42 @@ impl Field {
     /// Calls `f` for every row and channel and adds up what it returns, by channel.
     pub(super) fn sum_rows(&mut self, f: impl Fn(Row) -> f64 + Sync) -> [f64; 3] {
         let width = self.width;
-        let band = |(k, values): (usize, &mut [f32])| {
+        self.sum_bands(|first, band| {
             let mut sums = [0.0; 3];
-            for (line, values) in values.chunks_mut(width).enumerate() {
-                let (y, channel) = (k * BAND + line / 3, line % 3);
+            for (line, values) in band.chunks_mut(width).enumerate() {
+                let (y, channel) = (first + line / 3, line % 3);
                 sums[channel] += f(Row { y, channel, values });
             }
             sums
-        };
-        let bands: Vec<[f64; 3]> = self.values.par_chunks_mut((3 * width * BAND).max(1)).enumerate().map(band).collect();
-        total(&bands)
+        })
+    }
+
+    /// Calls `f` for every band with its first row and its values, and adds up what it returns, by channel.
+    pub(super) fn sum_bands(&mut self, f: impl Fn(usize, &mut [f32]) -> [f64; 3] + Sync) -> [f64; 3] {
+        let length = self.band();
+        let bands = self.values.par_chunks_mut(length).enumerate().map(|(k, band)| f(k * BAND, band));
+        total(&bands.collect::<Vec<_>>())
+    }
+
+    /// Calls `f` for every row and channel of this field together with the same one of another, to write both.
+    pub(super) fn each_pair(&mut self, other: &mut Field, f: impl Fn(Row, &mut [f32]) + Sync) {
+        let (width, length) = (self.width, self.band());
+        self.values.par_chunks_mut(length).zip(other.values.par_chunks_mut(length)).enumerate().for_each(|(k, (band, others))| {
+            for (line, (values, other)) in band.chunks_mut(width).zip(others.chunks_mut(width)).enumerate() {
+                f(Row { y: k * BAND + line / 3, channel: line % 3, values }, other);
+            }
+        });
+    }
+
+    /// Values of one band.
+    pub(super) fn band(&self) -> usize {
+        (3 * self.width * BAND).max(1)
+    }
+
+    /// The bands, to be written.
+    pub(super) fn bands_mut(&mut self) -> rayon::slice::ChunksMut<'_, f32> {
+        let length = self.band();
+        self.values.par_chunks_mut(length)
     }
 
     /// Inner products with another field, by channel.
@@ -98,13 +130,13 @@ impl Field {
             }
             sums
         };
-        let length = (3 * width * BAND).max(1);
+        let length = self.band();
         let bands: Vec<[f64; 3]> = self.values.par_chunks(length).zip(other.values.par_chunks(length)).map(band).collect();
         total(&bands)
     }
 }
 
-fn total(bands: &[[f64; 3]]) -> [f64; 3] {
+pub(super) fn total(bands: &[[f64; 3]]) -> [f64; 3] {
     bands.iter().fold([0.0; 3], |sum, band| std::array::from_fn(|c| sum[c] + band[c]))
 }
 

@@ -62,7 +62,7 @@ pub(super) fn weighted(
     }
     x.copy_to(&mut image);
     keep_means(measurements.primal, &graph.links, weights, &mut image);
-    Ok((image, SolveReport { iterations: solved.iterations, residual: solved.residual }))
+    Ok((image, SolveReport { iterations: solved.iterations, residual: solved.residual, alpha }))
 }
 
 /// α² P + Σ of the differences, weighted.

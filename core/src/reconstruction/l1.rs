@@ -7,14 +7,14 @@
 //! Lehtinen et al., "Gradient-Domain Metropolis Light Transport", ACM TOG 32(4), 2013; weights 1 / (‖r‖ + ε) with falling ε as in
 //! Kettunen et al. 2015, here relative to the image's mean so that the exposure of a scene does not matter.
 
-use super::field::{Field, Row};
+use super::field::Field;
 use super::l2::L2;
 use super::multigrid::{Cycle, Hierarchy};
-use super::solver::{ConjugateGradients, Precondition};
+use super::normal::{Errors, Weights, weigh};
+use super::solver::{ConjugateGradients, Precondition, Squares};
 use super::stencil::Stencil;
 use super::{Measurements, Reconstruct, ReconstructError, SolveReport};
 use crate::film::Image;
-use rayon::prelude::*;
 
 /// Reweighted least squares.
 pub(super) struct L1;
@@ -69,76 +69,69 @@ pub(super) fn minimise(
     }
     let (w, h) = (m.extent.width as usize, m.extent.height as usize);
     let mut x = Field::from_image(&image);
-    let (mut stencil, mut b) = (Stencil::new(w, h), Field::new(w, h));
-    let (mut hierarchy, mut gradients) = (effort.multigrid.then(|| Hierarchy::new(w, h)), ConjugateGradients::new(w, h));
+    let (mut stencil, mut gradients) = (Stencil::new(w, h), ConjugateGradients::new(w, h));
+    let mut hierarchy = effort.multigrid.then(|| Hierarchy::new(w, h));
     let mut before = f64::INFINITY;
     let mut epsilon = scale * FIRST_EPSILON;
     for k in 0..=effort.reweightings {
-        let objective = reweight(m, &x, alpha, epsilon as f32, &mut stencil);
+        let weights = Reweight { alpha, epsilon: epsilon as f32 };
+        let (objective, squared) = weigh(m, &x, &mut stencil, gradients.residual(), |_, errors, row| weights.row(errors, row));
         watch(objective);
         if !objective.is_finite() {
             return Err(ReconstructError::Diverged { iterations: report.iterations, residual: report.residual });
         }
         if k == effort.reweightings || objective == 0.0 || before.is_finite() && before - objective <= effort.settled * before {
+            x.copy_to(&mut image);
+            drop(hierarchy);
+            report.residual = Squares { b: right_hand_side(m, &stencil, &mut x, gradients.residual()), residual: squared }.relative();
             break;
         }
         before = objective;
-        right_hand_side(m, &stencil, &mut b);
         if let Some(hierarchy) = &mut hierarchy {
             hierarchy.adapt(&stencil);
         }
         let mut cycle = hierarchy.as_mut().map(|hierarchy| Cycle { stencil: &stencil, hierarchy });
         let cycle = cycle.as_mut().map(|cycle| cycle as &mut dyn Precondition);
-        let solved = gradients.solve(&stencil, cycle, &b, &mut x, TOLERANCE, effort.iterations);
-        report.iterations += solved.iterations;
-        report.residual = solved.residual;
+        // What it starts from stands for the right-hand side: to solve to a part of that is all that a step can use.
+        let squares = Squares { b: squared, residual: squared };
+        report.iterations += gradients.improve(&stencil, cycle, &mut x, squares, TOLERANCE, effort.iterations).iterations;
         epsilon = (0.5 * epsilon).max(scale * LAST_EPSILON);
     }
-    x.copy_to(&mut image);
     Ok((image, report))
 }
 
-/// Relative residual at which a linear system counts as solved exactly: the rounding of f32.
-const TOLERANCE: f64 = 1e-7;
+/// Part of the first residual at which a linear system counts as solved exactly: the rounding of f32.
+const TOLERANCE: f64 = 1e-6;
 
-/// The norms over channels of the residuals of one row of pixels: of the primal, and of the differences to the right and down.
-struct Residuals {
-    primal: Vec<f32>,
-    dx: Vec<f32>,
-    dy: Vec<f32>,
+/// How errors are weighted: 1 / (‖e‖ + ε), scaled by ε so that weights stay within (0, 1].
+struct Reweight {
+    alpha: f32,
+    epsilon: f32,
 }
 
-impl Residuals {
-    fn of_row<'m>(m: &Measurements<'m>, image: &Field, alpha: f32, y: usize) -> Self {
-        let (w, h) = (image.width, image.height);
-        let mut out = Self { primal: vec![0.0; w], dx: vec![0.0; w], dy: vec![0.0; w] };
-        for c in 0..3 {
-            let line = |image: &'m Image| &image.plane(c)[y * w..(y + 1) * w];
-            let (here, p, dx) = (image.row(y, c), line(m.primal), line(m.dx));
-            for i in 0..w {
-                let r = alpha * (here[i] - p[i]);
-                out.primal[i] += r * r;
-            }
-            for i in 0..w - 1 {
-                let r = here[i + 1] - here[i] - dx[i];
-                out.dx[i] += r * r;
-            }
-            if y + 1 < h {
-                let (down, dy) = (image.row(y + 1, c), line(m.dy));
-                for i in 0..w {
-                    let r = down[i] - here[i] - dy[i];
-                    out.dy[i] += r * r;
-                }
-            }
-        }
-        for row in [&mut out.primal, &mut out.dx, &mut out.dy] {
-            row.iter_mut().for_each(|v| *v = v.sqrt());
-        }
-        out
+impl Reweight {
+    /// Weights of one row; returns the sum of its norms.
+    fn row(&self, errors: &Errors, row: Weights) -> f64 {
+        let edges = self.edges(&errors.dx, row.wx, 1.0) + self.edges(&errors.dy, row.wy, 1.0);
+        edges + self.edges(&errors.primal, row.screen, self.alpha)
     }
 
-    fn sum(&self) -> f64 {
-        [&self.primal, &self.dx, &self.dy].into_iter().map(|row| row.iter().map(|v| f64::from(*v)).sum::<f64>()).sum()
+    /// The weights of one kind of errors, each times `scale`.
+    fn edges(&self, errors: &[Vec<f32>; 3], weights: &mut [f32], scale: f32) -> f64 {
+        norms(errors, weights);
+        let sum = weights.iter().map(|norm| f64::from(scale * norm)).sum();
+        let (epsilon, factor) = (self.epsilon, scale * scale);
+        for v in weights {
+            *v = factor * (epsilon / (scale * *v + epsilon));
+        }
+        sum
+    }
+}
+
+/// Lengths over the channels.
+fn norms([r, g, b]: &[Vec<f32>; 3], out: &mut [f32]) {
+    for (out, (r, (g, b))) in out.iter_mut().zip(r.iter().zip(g.iter().zip(b))) {
+        *out = (r * r + g * g + b * b).sqrt();
     }
 }
 
@@ -146,49 +139,21 @@ impl Residuals {
 #[cfg(test)]
 pub(super) fn objective(m: &Measurements, image: &Image, alpha: f32) -> f64 {
     let x = Field::from_image(image);
-    (0..x.height).map(|y| Residuals::of_row(m, &x, alpha, y).sum()).sum()
+    let (mut stencil, mut residual) = (Stencil::new(x.width, x.height), Field::new(x.width, x.height));
+    weigh(m, &x, &mut stencil, &mut residual, |_, errors, row| Reweight { alpha, epsilon: 1.0 }.row(errors, row)).0
 }
 
-/// Weights 1 / (‖r‖ + ε) of all rows at the present image, scaled by ε so that they stay within (0, 1]. Returns the sum that is minimised.
-fn reweight(m: &Measurements, image: &Field, alpha: f32, epsilon: f32, stencil: &mut Stencil) -> f64 {
-    let w = stencil.width;
-    let (h, screen, wx, wy) = (stencil.height, &mut stencil.screen, &mut stencil.wx, &mut stencil.wy[w..]);
-    let weight = |r: f32| epsilon / (r + epsilon);
-    type Rows<'a> = ((&'a mut [f32], &'a mut [f32]), &'a mut [f32]);
-    let row = |(y, ((screen, wx), wy)): (usize, Rows)| {
-        let r = Residuals::of_row(m, image, alpha, y);
-        for i in 0..w {
-            screen[i] = alpha * alpha * weight(r.primal[i]);
-            wx[i] = if i + 1 < w { weight(r.dx[i]) } else { 0.0 };
-            wy[i] = if y + 1 < h { weight(r.dy[i]) } else { 0.0 };
-        }
-        r.sum()
+/// Squared norm of the right-hand side by channel: of the residual of a black image, which `black` becomes. `b` is scratch.
+fn right_hand_side(m: &Measurements, stencil: &Stencil, black: &mut Field, b: &mut Field) -> [f64; 3] {
+    black.each_row(|row| row.values.fill(0.0));
+    let mut same = stencil.clone();
+    let copy = |y: usize, _: &Errors, row: Weights| {
+        row.screen.copy_from_slice(stencil.line(&stencil.screen, y));
+        row.wx.copy_from_slice(stencil.line(&stencil.wx, y));
+        row.wy.copy_from_slice(stencil.line(&stencil.wy, y + 1));
+        0.0
     };
-    let sums: Vec<f64> = screen.par_chunks_mut(w).zip(wx.par_chunks_mut(w)).zip(wy.par_chunks_mut(w)).enumerate().map(row).collect();
-    sums.iter().sum()
-}
-
-/// Weighted α²P + ∇ᵀG.
-fn right_hand_side(m: &Measurements, stencil: &Stencil, b: &mut Field) {
-    let (w, h) = (stencil.width, stencil.height);
-    b.each_row(|Row { y, channel, values }| {
-        let line = |image: &Image, y: usize, i: usize| image.plane(channel)[y * w + i];
-        let (screen, wx) = (stencil.line(&stencil.screen, y), stencil.line(&stencil.wx, y));
-        let (above, below) = (stencil.line(&stencil.wy, y), stencil.line(&stencil.wy, y + 1));
-        for i in 0..w {
-            let mut v = screen[i] * line(m.primal, y, i) - wx[i] * line(m.dx, y, i);
-            if i > 0 {
-                v += wx[i - 1] * line(m.dx, y, i - 1);
-            }
-            if y > 0 {
-                v += above[i] * line(m.dy, y - 1, i);
-            }
-            if y + 1 < h {
-                v -= below[i] * line(m.dy, y, i);
-            }
-            values[i] = v;
-        }
-    });
+    weigh(m, black, &mut same, b, copy).1
 }
 
 fn mean_magnitude(image: &Image) -> f64 {

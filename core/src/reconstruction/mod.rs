@@ -14,7 +14,9 @@ mod l1;
 mod l2;
 mod multigrid;
 mod nfor;
+mod noise;
 mod none;
+mod normal;
 mod patches;
 mod regression;
 mod regularised;
@@ -24,6 +26,8 @@ mod smooth;
 mod solver;
 mod sparse;
 mod stencil;
+mod variances;
+mod weighted;
 
 pub use denoise::{Denoise, denoiser, install_denoiser};
 pub use error::ErrorEstimate;
@@ -38,6 +42,8 @@ pub enum ReconstructionKind {
     None,
     /// Screened Poisson in the L2 norm, exact by cosine transform. Unbiased.
     L2,
+    /// Screened Poisson with inverse variances as weights, by the other half's. Unbiased.
+    WeightedL2,
     /// Screened Poisson in the L1 norm by iteratively reweighted least squares. Robust to outliers, biased.
     L1,
     /// Least squares over the links between similar pixels. Unbiased.
@@ -58,9 +64,10 @@ pub enum ReconstructionKind {
 
 impl ReconstructionKind {
     /// Every reconstruction.
-    pub const ALL: [ReconstructionKind; 10] = [
+    pub const ALL: [ReconstructionKind; 11] = [
         ReconstructionKind::None,
         ReconstructionKind::L2,
+        ReconstructionKind::WeightedL2,
         ReconstructionKind::L1,
         ReconstructionKind::Graph,
         ReconstructionKind::Cv,
@@ -76,6 +83,7 @@ impl ReconstructionKind {
         match self {
             ReconstructionKind::None => "none",
             ReconstructionKind::L2 => "l2",
+            ReconstructionKind::WeightedL2 => "weighted-l2",
             ReconstructionKind::L1 => "l1",
             ReconstructionKind::Graph => "graph",
             ReconstructionKind::Cv => "cv",
@@ -142,6 +150,8 @@ pub struct SolveReport {
     pub iterations: u32,
     /// Largest relative residual ‖b − Ax‖ / ‖b‖ of the last linear system [1].
     pub residual: f64,
+    /// Weight of the primal that was taken; where halves were solved by themselves, the mean of theirs.
+    pub alpha: f32,
 }
 
 /// Why an image could not be reconstructed.
@@ -213,6 +223,11 @@ pub trait Reconstruct: Send + Sync {
     /// Whether the image's expected value is the primal's, where the measurements are unbiased.
     fn is_unbiased(&self) -> bool;
 
+    /// The weight of the primal that the noise of measurements calls for; these may be the other half's.
+    fn alpha(&self, source: &Measurements) -> f32 {
+        noise::alpha(source)
+    }
+
     /// Solves for the image of `own`. `alpha` is the weight of the primal against the gradients. `other` is the other half where `own` is one:
     /// weights that follow from it are independent of what they weigh.
     ///
@@ -220,14 +235,14 @@ pub trait Reconstruct: Send + Sync {
     /// If it needs links, variances or features and there are none, or an iterative solve diverges.
     fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError>;
 
-    /// Solves for the images of both halves, which some methods do in one go.
+    /// Solves for the images of both halves, which some methods do in one go; each has its own weight of the primal.
     ///
     /// # Errors
     /// As [`Reconstruct::solve`].
-    fn solve_halves(&self, halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+    fn solve_halves(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
         let [a, b] = halves;
         // One after the other: each uses all threads by itself, and the memory of one solve is enough.
-        Ok([self.solve(a, Some(b), alpha)?, self.solve(b, Some(a), alpha)?])
+        Ok([self.solve(a, Some(b), alphas[0])?, self.solve(b, Some(a), alphas[1])?])
     }
 }
 
@@ -236,6 +251,7 @@ fn method(kind: ReconstructionKind) -> Option<&'static dyn Reconstruct> {
     Some(match kind {
         ReconstructionKind::None => &none::None,
         ReconstructionKind::L2 => &l2::L2,
+        ReconstructionKind::WeightedL2 => &weighted::WeightedL2,
         ReconstructionKind::L1 => &l1::L1,
         ReconstructionKind::Graph => &graph::LeastSquares,
         ReconstructionKind::Cv => &control_variates::Uniform,
@@ -266,13 +282,22 @@ pub struct Reconstructed {
     pub why: Option<String>,
 }
 
-/// Reconstructs a frame.
+impl Reconstructed {
+    /// Sets negative values of the image to zero, which biases it. The halves' images and what follows from them stay as they are.
+    pub fn clamp(&mut self) {
+        self.image.data_mut().iter_mut().for_each(|v| *v = v.max(0.0));
+    }
+}
+
+/// Reconstructs a frame. Without `alpha` the noise of the measurements decides how much the primal counts: for each half the noise of the
+/// other one, so that the image stays unbiased.
 ///
 /// # Errors
 /// If the film lacks gradients that the reconstruction needs, `alpha` is not usable, or a solve fails.
-pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<Reconstructed, ReconstructError> {
-    if !(alpha > 0.0 && alpha.is_finite()) {
-        return Err(ReconstructError::Alpha { found: alpha });
+pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: impl Into<Option<f32>>) -> Result<Reconstructed, ReconstructError> {
+    let alpha = alpha.into();
+    if let Some(found) = alpha.filter(|alpha| !(*alpha > 0.0 && alpha.is_finite())) {
+        return Err(ReconstructError::Alpha { found });
     }
     let Some(method) = method(kind) else { return auto::choose(film, alpha) };
     let combined = film.combined();
@@ -280,9 +305,13 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
     let nothing = Image::new(film.extent, 3);
     let both = |half| measurements(half, &film.features, &nothing, kind);
     let lit = |image: &Image, half: &HalfFilm| zip(image, &half.direct, |p, d| p + d);
+    let weight = |source: &Measurements| alpha.unwrap_or_else(|| method.alpha(source));
     let halves = if a.samples > 0 && b.samples > 0 {
-        let [(image_a, report_a), (image_b, report_b)] = method.solve_halves([&both(a)?, &both(b)?], alpha)?;
-        Some(([lit(&image_a, a), lit(&image_b, b)], merge(report_a, report_b)))
+        let (of_a, of_b) = (both(a)?, both(b)?);
+        let alphas = [weight(&of_b), weight(&of_a)];
+        let [(image_a, report_a), (image_b, report_b)] = method.solve_halves([&of_a, &of_b], alphas)?;
+        let report = merge(SolveReport { alpha: alphas[0], ..report_a }, SolveReport { alpha: alphas[1], ..report_b });
+        Some(([lit(&image_a, a), lit(&image_b, b)], report))
     } else {
         None
     };
@@ -292,18 +321,50 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: f32) -> Result<
             (zip(image_a, image_b, |p, q| ((na * f64::from(p) + nb * f64::from(q)) / (na + nb)) as f32), *report)
         }
         _ => {
-            let (image, report) = method.solve(&both(&combined)?, None, alpha)?;
-            (lit(&image, &combined), report)
+            let together = both(&combined)?;
+            let alpha = weight(&together);
+            let (image, report) = method.solve(&together, None, alpha)?;
+            (lit(&image, &combined), SolveReport { alpha, ..report })
         }
     };
     let halves = halves.map(|(images, _)| images);
     let unbiased = match &halves {
-        Some(_) if !method.is_unbiased() => Some([baseline(a, alpha)?, baseline(b, alpha)?]),
+        Some(_) if !method.is_unbiased() => {
+            Some([baseline(a, alpha.unwrap_or(noise::TYPICAL))?, baseline(b, alpha.unwrap_or(noise::TYPICAL))?])
+        }
         _ => None,
     };
     let error = halves.as_ref().map(|halves| ErrorEstimate::new(&image, halves, unbiased.as_ref(), [a.samples, b.samples]));
     let primal = zip(&combined.primal, &combined.direct, |p, d| p + d);
     Ok(Reconstructed { image, primal, halves, error, report, kind, why: None })
+}
+
+/// Solves for the image of measurements that stand alone, such as another renderer's. Without `alpha` their noise decides, where it is known.
+/// For `auto` that is least squares: there are no halves to choose by.
+///
+/// # Errors
+/// If `alpha` is not usable, planes hold values that are not finite, variances or links are needed and missing, or the solve fails.
+pub fn solve(m: &Measurements, kind: ReconstructionKind, alpha: Option<f32>) -> Result<(Image, SolveReport), ReconstructError> {
+    if let Some(found) = alpha.filter(|alpha| !(*alpha > 0.0 && alpha.is_finite())) {
+        return Err(ReconstructError::Alpha { found });
+    }
+    check_finite(&[("primal", m.primal), ("dx", m.dx), ("dy", m.dy)])?;
+    if let Some(variance) = &m.variance {
+        check_finite(&[("variance of the primal", variance.primal), ("variance of dx", variance.dx), ("variance of dy", variance.dy)])?;
+    }
+    let method = method(kind).unwrap_or(&l2::L2);
+    let alpha = alpha.unwrap_or_else(|| method.alpha(m));
+    let (image, report) = method.solve(m, None, alpha)?;
+    Ok((image, SolveReport { alpha, ..report }))
+}
+
+fn check_finite(planes: &[(&'static str, &Image)]) -> Result<(), ReconstructError> {
+    for (plane, image) in planes {
+        if let Some(index) = image.data().iter().position(|v| !v.is_finite()) {
+            return Err(ReconstructError::NotFinite { plane, index });
+        }
+    }
+    Ok(())
 }
 
 /// What a half (or both together) has for a reconstruction. `nothing` stands for gradients that are not needed.
@@ -315,14 +376,12 @@ fn measurements<'a>(
 ) -> Result<Measurements<'a>, ReconstructError> {
     let (dx, dy, variance) = match &half.gradients {
         Some(g) => (&g.dx, &g.dy, Some(Variance { primal: &half.primal_variance, dx: &g.dx_variance, dy: &g.dy_variance })),
-        None if matches!(kind, ReconstructionKind::None | ReconstructionKind::Graph) => (nothing, nothing, None),
+        None if matches!(kind, ReconstructionKind::None | ReconstructionKind::Graph) => {
+            (nothing, nothing, Some(Variance { primal: &half.primal_variance, dx: nothing, dy: nothing }))
+        }
         None => return Err(ReconstructError::NoGradients { wanted: kind.name() }),
     };
-    for (plane, image) in [("primal", &half.primal), ("dx", dx), ("dy", dy)] {
-        if let Some(index) = image.data().iter().position(|v| !v.is_finite()) {
-            return Err(ReconstructError::NotFinite { plane, index });
-        }
-    }
+    check_finite(&[("primal", &half.primal), ("dx", dx), ("dy", dy)])?;
     Ok(Measurements { graph: half.graph.as_ref(), variance, features: Some(features), ..Measurements::new(&half.primal, dx, dy) })
 }
 
@@ -336,7 +395,7 @@ fn baseline(half: &HalfFilm, alpha: f32) -> Result<Image, ReconstructError> {
 }
 
 fn merge(a: SolveReport, b: SolveReport) -> SolveReport {
-    SolveReport { iterations: a.iterations + b.iterations, residual: a.residual.max(b.residual) }
+    SolveReport { iterations: a.iterations + b.iterations, residual: a.residual.max(b.residual), alpha: 0.5 * (a.alpha + b.alpha) }
 }
 
 fn zip(a: &Image, b: &Image, f: impl Fn(f32, f32) -> f32) -> Image {

@@ -2,11 +2,12 @@
 //!
 //! Each level joins 2×2 pixels; a coarse edge weighs half the sum of the fine edges that it stands for, which is what constant
 //! interpolation over twice the distance calls for. Smoothing is one damped Jacobi sweep before and one after the coarse step, so the cycle is symmetric.
+//! Both sweeps start from values that follow from the right-hand side alone, so each level is walked through twice and keeps nothing else.
 //!
 //! # Source
 //! Trottenberg, Oosterlee and Schüller, "Multigrid", 2001, sections 2 and 7; aggregation scaling by Braess, Computing 55, 1995.
 
-use super::field::{Field, Row};
+use super::field::{Field, Row, dot};
 use super::solver::Precondition;
 use super::stencil::Stencil;
 use rayon::prelude::*;
@@ -22,7 +23,6 @@ struct Level {
     stencil: Stencil,
     /// Damping over the diagonal.
     step: Vec<f32>,
-    x: Field,
     /// Right-hand side and answer of this level; empty on the finest one.
     b: Field,
     z: Field,
@@ -30,19 +30,19 @@ struct Level {
 
 /// Damping of Jacobi: 4/5 smooths best for five points.
 const DAMPING: f32 = 0.8;
-/// Pairs of sweeps on the coarsest level, which has at most a few pixels.
-const COARSEST_SWEEPS: usize = 12;
+/// Sweeps on the coarsest level, which has at most a few pixels.
+const COARSEST_SWEEPS: usize = 24;
 /// Pixels of the coarsest level at most.
 const COARSEST: usize = 4;
 
 impl Hierarchy {
     pub(super) fn new(width: usize, height: usize) -> Self {
-        let mut levels = vec![Level { x: Field::new(width, height), step: vec![0.0; width * height], ..Level::default() }];
+        let mut levels = vec![Level { step: vec![0.0; width * height], ..Level::default() }];
         let (mut w, mut h) = (width, height);
         while w * h > COARSEST {
             (w, h) = (w.div_ceil(2), h.div_ceil(2));
             let field = || Field::new(w, h);
-            levels.push(Level { stencil: Stencil::new(w, h), step: vec![0.0; w * h], x: field(), b: field(), z: field() });
+            levels.push(Level { stencil: Stencil::new(w, h), step: vec![0.0; w * h], b: field(), z: field() });
         }
         Self { levels }
     }
@@ -69,71 +69,163 @@ pub(super) struct Cycle<'a> {
 }
 
 impl Precondition for Cycle<'_> {
-    fn precondition(&mut self, r: &Field, z: &mut Field) {
-        cycle(self.stencil, &mut self.hierarchy.levels, r, z);
+    fn precondition(&mut self, r: &Field, z: &mut Field) -> [f64; 3] {
+        cycle(self.stencil, &mut self.hierarchy.levels, r, z)
     }
 }
 
-fn cycle(stencil: &Stencil, levels: &mut [Level], b: &Field, z: &mut Field) {
-    let Some((level, coarser)) = levels.split_first_mut() else { return };
-    let width = stencil.width;
-    // From zero, one sweep is a division by the diagonal.
-    let (x, step) = (&mut level.x, &level.step);
-    x.each_row(|Row { y, channel, values }| {
-        let (b, step) = (b.row(y, channel), &step[y * width..(y + 1) * width]);
-        for (x, (b, step)) in values.iter_mut().zip(b.iter().zip(step)) {
-            *x = step * b;
-        }
-    });
+/// z ≈ A⁻¹ b; returns ⟨b, z⟩ by channel.
+fn cycle(stencil: &Stencil, levels: &mut [Level], b: &Field, z: &mut Field) -> [f64; 3] {
+    let Some((level, coarser)) = levels.split_first_mut() else { return [0.0; 3] };
+    let step = &level.step;
     let Some(next) = coarser.first_mut() else {
-        for _ in 0..COARSEST_SWEEPS {
-            smooth(stencil, step, b, x, z);
-            smooth(stencil, step, b, z, x);
-        }
-        smooth(stencil, step, b, x, z);
-        return;
+        return coarsest(stencil, step, b, z);
     };
     let next_stencil = std::mem::take(&mut next.stencil);
     let (mut next_b, mut next_z) = (std::mem::take(&mut next.b), std::mem::take(&mut next.z));
-    restrict(stencil, b, x, &mut next_b);
+    restrict(stencil, step, b, &mut next_b);
     cycle(&next_stencil, coarser, &next_b, &mut next_z);
-    x.each_row(|Row { y, channel, values }| {
-        let coarse = next_z.row(y / 2, channel);
-        for (pair, correction) in values.chunks_mut(2).zip(coarse) {
-            pair.iter_mut().for_each(|x| *x += correction);
-        }
-    });
+    let product = correct(stencil, step, b, &next_z, z);
     if let Some(next) = coarser.first_mut() {
         (next.stencil, next.b, next.z) = (next_stencil, next_b, next_z);
     }
-    smooth(stencil, step, b, x, z);
+    product
 }
 
-/// out = x + ω D⁻¹ (b − A x).
-fn smooth(stencil: &Stencil, step: &[f32], b: &Field, x: &Field, out: &mut Field) {
-    out.each_row(|Row { y, channel, values }| {
-        stencil.apply_row(x, y, channel, values);
-        let (b, x, step) = (b.row(y, channel), x.row(y, channel), stencil.line(step, y));
-        for i in 0..values.len() {
-            values[i] = x[i] + step[i] * (b[i] - values[i]);
-        }
-    });
+/// Sweeps from zero on.
+fn coarsest(stencil: &Stencil, step: &[f32], b: &Field, z: &mut Field) -> [f64; 3] {
+    z.each_row(|row| row.values.fill(0.0));
+    for _ in 0..COARSEST_SWEEPS {
+        let x = z.clone();
+        z.each_row(|Row { y, channel, values }| {
+            stencil.apply_row(&x, y, channel, values);
+            let (b, x, step) = (b.row(y, channel), x.row(y, channel), stencil.line(step, y));
+            for i in 0..values.len() {
+                values[i] = x[i] + step[i] * (b[i] - values[i]);
+            }
+        });
+    }
+    b.dot(z)
 }
 
-/// Sums the residual over 2×2 pixels.
-fn restrict(stencil: &Stencil, b: &Field, x: &Field, coarse: &mut Field) {
+/// Sums the residual that the first sweep from zero leaves over 2×2 pixels.
+///
+/// That sweep gives x = S b with S = ω / D, and b − A x = (1 − ω) b + W x, where W are the weights to the neighbours.
+fn restrict(stencil: &Stencil, step: &[f32], b: &Field, coarse: &mut Field) {
     let (width, height) = (stencil.width, stencil.height);
-    coarse.each_row(|Row { y, channel, values }| {
-        let mut residual = vec![0.0; width];
-        values.fill(0.0);
-        for fine in 2 * y..(2 * y + 2).min(height) {
-            stencil.apply_row(x, fine, channel, &mut residual);
-            let b = b.row(fine, channel);
-            for (sum, (b, ax)) in values.iter_mut().zip(b.chunks(2).zip(residual.chunks(2))) {
-                *sum += b.iter().zip(ax).map(|(b, ax)| b - ax).sum::<f32>();
+    let coarse_width = coarse.width;
+    coarse.sum_bands(|first, band| {
+        let mut sum = vec![0.0; width];
+        for (line, values) in band.chunks_mut(coarse_width).enumerate() {
+            let (y, channel) = (first + line / 3, line % 3);
+            let rows = 2 * y..(2 * y + 2).min(height);
+            for (k, fine) in rows.enumerate() {
+                swept_residual(stencil, step, b, fine, channel, &mut sum, k > 0);
+            }
+            let pairs = sum.chunks_exact(2);
+            let rest = pairs.remainder();
+            for (value, pair) in values.iter_mut().zip(pairs) {
+                *value = pair[0] + pair[1];
+            }
+            if let ([rest], Some(last)) = (rest, values.last_mut()) {
+                *last = *rest;
             }
         }
+        [0.0; 3]
     });
+}
+
+/// One row of the residual after the first sweep, added to what is there or in its place.
+#[inline]
+fn swept_residual(stencil: &Stencil, step: &[f32], b: &Field, y: usize, channel: usize, out: &mut [f32], add: bool) {
+    let n = stencil.width;
+    let (up, down) = (y.saturating_sub(1), (y + 1).min(stencil.height - 1));
+    let (above, below) = (&stencil.line(&stencil.wy, y)[..n], &stencil.line(&stencil.wy, y + 1)[..n]);
+    let wx = &stencil.line(&stencil.wx, y)[..n];
+    let (here, step_here) = (&b.row(y, channel)[..n], &stencil.line(step, y)[..n]);
+    let (b_up, step_up) = (&b.row(up, channel)[..n], &stencil.line(step, up)[..n]);
+    let (b_down, step_down) = (&b.row(down, channel)[..n], &stencil.line(step, down)[..n]);
+    let out = &mut out[..n];
+    let column = |i: usize| (1.0 - DAMPING) * here[i] + above[i] * (step_up[i] * b_up[i]) + below[i] * (step_down[i] * b_down[i]);
+    let right = |i: usize| wx[i] * (step_here[i + 1] * here[i + 1]);
+    let left = |i: usize| wx[i - 1] * (step_here[i - 1] * here[i - 1]);
+    let base = |out: f32| if add { out } else { 0.0 };
+    if n == 1 {
+        out[0] = base(out[0]) + column(0);
+        return;
+    }
+    out[0] = base(out[0]) + column(0) + right(0);
+    out[n - 1] = base(out[n - 1]) + column(n - 1) + left(n - 1);
+    if add {
+        for i in 1..n - 1 {
+            out[i] += column(i) + (right(i) + left(i));
+        }
+    } else {
+        for i in 1..n - 1 {
+            out[i] = column(i) + (right(i) + left(i));
+        }
+    }
+}
+
+/// z = the first sweep from zero, the coarse level's correction and the last sweep; returns ⟨b, z⟩ by channel.
+fn correct(stencil: &Stencil, step: &[f32], b: &Field, coarse: &Field, z: &mut Field) -> [f64; 3] {
+    let (width, height) = (stencil.width, stencil.height);
+    z.sum_bands(|first, band| {
+        let rows = band.len() / (3 * width);
+        // Rows of the image before the last sweep, by y mod 4.
+        let mut ring: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; width]);
+        let mut sums = [0.0; 3];
+        for channel in 0..3 {
+            for y in [first.saturating_sub(1), first] {
+                swept_row(stencil, step, b, coarse, y, channel, &mut ring[y % 4]);
+            }
+            for line in 0..rows {
+                let y = first + line;
+                let (up, down) = (y.saturating_sub(1), (y + 1).min(height - 1));
+                if down > y {
+                    swept_row(stencil, step, b, coarse, down, channel, &mut ring[down % 4]);
+                }
+                let out = &mut band[(3 * line + channel) * width..][..width];
+                last_sweep(stencil, step, b, [&ring[up % 4], &ring[y % 4], &ring[down % 4]], y, channel, out);
+                sums[channel] += dot(out, b.row(y, channel));
+            }
+        }
+        sums
+    })
+}
+
+/// One row of the image after the first sweep and the coarse correction.
+#[inline]
+fn swept_row(stencil: &Stencil, step: &[f32], b: &Field, coarse: &Field, y: usize, channel: usize, out: &mut [f32]) {
+    let n = stencil.width;
+    for (pair, correction) in out.chunks_mut(2).zip(coarse.row(y / 2, channel)) {
+        pair.fill(*correction);
+    }
+    let (b, step, out) = (&b.row(y, channel)[..n], &stencil.line(step, y)[..n], &mut out[..n]);
+    for i in 0..n {
+        out[i] += step[i] * b[i];
+    }
+}
+
+/// One row of x + S (b − A x) = (1 − ω) x + S (b + W x), given the rows of x above, here and below.
+#[inline]
+fn last_sweep(stencil: &Stencil, step: &[f32], b: &Field, [up, here, down]: [&[f32]; 3], y: usize, channel: usize, out: &mut [f32]) {
+    let n = stencil.width;
+    let (above, below) = (&stencil.line(&stencil.wy, y)[..n], &stencil.line(&stencil.wy, y + 1)[..n]);
+    let wx = &stencil.line(&stencil.wx, y)[..n];
+    let (b, step) = (&b.row(y, channel)[..n], &stencil.line(step, y)[..n]);
+    let (up, here, down, out) = (&up[..n], &here[..n], &down[..n], &mut out[..n]);
+    let column = |i: usize| b[i] + above[i] * up[i] + below[i] * down[i];
+    let value = |i: usize, sum: f32| (1.0 - DAMPING) * here[i] + step[i] * sum;
+    if n == 1 {
+        out[0] = value(0, column(0));
+        return;
+    }
+    out[0] = value(0, column(0) + wx[0] * here[1]);
+    for i in 1..n - 1 {
+        out[i] = value(i, column(i) + (wx[i] * here[i + 1] + wx[i - 1] * here[i - 1]));
+    }
+    out[n - 1] = value(n - 1, column(n - 1) + wx[n - 2] * here[n - 2]);
 }
 
 fn set_steps(stencil: &Stencil, steps: &mut [f32]) {

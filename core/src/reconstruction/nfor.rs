@@ -37,7 +37,7 @@ impl Reconstruct for Nfor {
     fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
         match other {
             Some(other) => {
-                let [done, _] = self.solve_halves([own, other], alpha)?;
+                let [done, _] = self.solve_halves([own, other], [alpha; 2])?;
                 Ok(done)
             }
             // One half alone does not tell noise from picture.
@@ -45,9 +45,9 @@ impl Reconstruct for Nfor {
         }
     }
 
-    fn solve_halves(&self, halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+    fn solve_halves(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
         let features = halves[0].features.ok_or(ReconstructError::NoFeatures { wanted: "nfor" })?;
-        let [(a, report_a), (b, report_b)] = unbiased(halves, alpha)?;
+        let [(a, report_a), (b, report_b)] = unbiased(halves, alphas)?;
         let fitted = fit([&a, &b], features, &FIT);
         let [a, b] = drawn([a, b], &fitted);
         Ok([(a, report_a), (b, report_b)])
@@ -55,6 +55,6 @@ impl Reconstruct for Nfor {
 }
 
 /// The unbiased images of least noise that biased methods start from and are drawn to.
-pub(super) fn unbiased(halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
-    if halves.iter().all(|half| half.variance.is_some()) { Weighted.solve_halves(halves, alpha) } else { L2.solve_halves(halves, alpha) }
+pub(super) fn unbiased(halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+    if halves.iter().all(|half| half.variance.is_some()) { Weighted.solve_halves(halves, alphas) } else { L2.solve_halves(halves, alphas) }
 }

@@ -43,7 +43,7 @@ impl Reconstruct for Regularised {
     fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
         match other {
             Some(other) => {
-                let [done, _] = self.solve_halves([own, other], alpha)?;
+                let [done, _] = self.solve_halves([own, other], [alpha; 2])?;
                 Ok(done)
             }
             // One half alone tells no error.
@@ -51,9 +51,9 @@ impl Reconstruct for Regularised {
         }
     }
 
-    fn solve_halves(&self, halves: [&Measurements; 2], alpha: f32) -> Result<[(Image, SolveReport); 2], ReconstructError> {
-        let [(ua, report_a), (ub, report_b)] = unbiased(halves, alpha)?;
-        let [(fa, _), (fb, _)] = Nfor.solve_halves(halves, alpha)?;
+    fn solve_halves(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+        let [(ua, report_a), (ub, report_b)] = unbiased(halves, alphas)?;
+        let [(fa, _), (fb, _)] = Nfor.solve_halves(halves, alphas)?;
         let mut sets = vec![[ua, ub]];
         for strength in STRENGTHS {
             let held = |half: &Measurements, prediction: &Image| {

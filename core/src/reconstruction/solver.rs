@@ -29,8 +29,8 @@ pub(super) trait Operator: Sync {
 
 /// A cheap symmetric stand-in for an operator's inverse. Called once an iteration.
 pub(super) trait Precondition {
-    /// z ≈ A⁻¹ r.
-    fn precondition(&mut self, r: &Field, z: &mut Field);
+    /// z ≈ A⁻¹ r; returns ⟨r, z⟩ by channel.
+    fn precondition(&mut self, r: &Field, z: &mut Field) -> [f64; 3];
 }
 
 /// Memory of the iteration, kept from one solve to the next.
@@ -50,6 +50,22 @@ pub(super) struct Solved {
     pub(super) residual: f64,
 }
 
+/// Squared norms of the right-hand side and of the residual, by channel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Squares {
+    pub(super) b: [f64; 3],
+    pub(super) residual: [f64; 3],
+}
+
+impl Squares {
+    /// The largest ‖b − Ax‖ / ‖b‖ of the channels; that of a channel whose b is zero is taken to be ‖b − Ax‖.
+    pub(super) fn relative(&self) -> f64 {
+        let relative = |c: usize| if self.b[c] > 0.0 { (self.residual[c] / self.b[c]).sqrt() } else { self.residual[c].sqrt() };
+        // A residual that is not a number must not vanish in a maximum.
+        (0..3).map(relative).fold(0.0, |most, r| if r > most || r.is_nan() { r } else { most })
+    }
+}
+
 impl ConjugateGradients {
     pub(super) fn new(width: usize, height: usize) -> Self {
         let field = || Field::new(width, height);
@@ -61,53 +77,77 @@ impl ConjugateGradients {
     pub(super) fn solve(
         &mut self,
         operator: &impl Operator,
-        mut preconditioner: Option<&mut dyn Precondition>,
+        preconditioner: Option<&mut dyn Precondition>,
         b: &Field,
         x: &mut Field,
         tolerance: f64,
         most: u32,
     ) -> Solved {
-        let norms = b.dot(b);
-        let relative = |squares: [f64; 3]| {
-            (0..3).map(|c| if norms[c] > 0.0 { (squares[c] / norms[c]).sqrt() } else { squares[c].sqrt() }).fold(0.0, f64::max)
-        };
-        let mut residual = relative(operator.residual(b, x, &mut self.residual));
-        let mut before = [0.0; 3];
-        for iteration in 0..most {
-            if residual <= tolerance {
-                return Solved { iterations: iteration, residual };
-            }
+        let squared = operator.residual(b, x, &mut self.residual);
+        self.improve(operator, preconditioner, x, Squares { b: b.dot(b), residual: squared }, tolerance, most)
+    }
+
+    /// Where to write the residual b − A x before [`improve`](Self::improve).
+    pub(super) fn residual(&mut self) -> &mut Field {
+        &mut self.residual
+    }
+
+    /// The same as [`solve`](Self::solve), where [`residual`](Self::residual) already holds b − A x, whose squared norm is given with that of b.
+    pub(super) fn improve(
+        &mut self,
+        operator: &impl Operator,
+        mut preconditioner: Option<&mut dyn Precondition>,
+        x: &mut Field,
+        squares: Squares,
+        tolerance: f64,
+        most: u32,
+    ) -> Solved {
+        let mut residual = squares.relative();
+        let (mut now, mut before) = (squares.residual, [0.0; 3]);
+        let mut step = [0.0f32; 3];
+        let mut iterations = 0;
+        while residual > tolerance && iterations < most {
             let z = match &mut preconditioner {
                 Some(preconditioner) => {
-                    preconditioner.precondition(&self.residual, &mut self.preconditioned);
+                    now = preconditioner.precondition(&self.residual, &mut self.preconditioned);
                     &self.preconditioned
                 }
                 None => &self.residual,
             };
-            let now = self.residual.dot(z);
-            // A channel that is solved exactly stands still while the others go on.
-            let beta: [f32; 3] = std::array::from_fn(|c| if iteration == 0 { 0.0 } else { ratio(now[c], before[c]) });
+            // A channel that is solved exactly stands still while the others go on. The last step is taken when its direction is at hand.
+            let beta: [f32; 3] = std::array::from_fn(|c| if iterations == 0 { 0.0 } else { ratio(now[c], before[c]) });
             before = now;
-            self.direction.each_row(|row| {
-                for (p, z) in row.values.iter_mut().zip(z.row(row.y, row.channel)) {
-                    *p = z + beta[row.channel] * *p;
-                }
-            });
+            if iterations == 0 {
+                self.direction.each_row(|row| row.values.copy_from_slice(z.row(row.y, row.channel)));
+            } else {
+                self.direction.each_pair(x, |row, x| {
+                    let (step, beta) = (step[row.channel], beta[row.channel]);
+                    for (p, (z, x)) in row.values.iter_mut().zip(z.row(row.y, row.channel).iter().zip(x)) {
+                        *x += step * *p;
+                        *p = z + beta * *p;
+                    }
+                });
+            }
             let curvature = operator.apply(&self.direction, &mut self.image);
-            let step: [f32; 3] = std::array::from_fn(|c| ratio(now[c], curvature[c]));
+            step = std::array::from_fn(|c| ratio(now[c], curvature[c]));
+            now = self.residual.sum_rows(|row| {
+                let step = step[row.channel];
+                for (r, ap) in row.values.iter_mut().zip(self.image.row(row.y, row.channel)) {
+                    *r -= step * ap;
+                }
+                dot(row.values, row.values)
+            });
+            residual = Squares { residual: now, ..squares }.relative();
+            iterations += 1;
+        }
+        if iterations > 0 {
             x.each_row(|row| {
                 for (x, p) in row.values.iter_mut().zip(self.direction.row(row.y, row.channel)) {
                     *x += step[row.channel] * p;
                 }
             });
-            residual = relative(self.residual.sum_rows(|row| {
-                for (r, ap) in row.values.iter_mut().zip(self.image.row(row.y, row.channel)) {
-                    *r -= step[row.channel] * ap;
-                }
-                super::field::dot(row.values, row.values)
-            }));
         }
-        Solved { iterations: most, residual }
+        Solved { iterations, residual }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The weighted screened Laplacian of a graph of pixels: (A x)ᵢ = s·xᵢ + Σⱼ wᵢⱼ (xᵢ − xⱼ).
 
-use super::field::{Field, Row};
+use super::field::{Field, Row, dot};
 use super::solver::{Operator, Precondition};
 
 /// A symmetric positive definite operator with a row for each pixel.
@@ -53,13 +53,14 @@ pub(super) struct Diagonal {
 }
 
 impl Precondition for Diagonal {
-    fn precondition(&mut self, r: &Field, z: &mut Field) {
-        z.each_row(|Row { y, channel, values }| {
-            let inverse = &self.inverse[y * self.width..(y + 1) * self.width];
-            for (z, (r, inverse)) in values.iter_mut().zip(r.row(y, channel).iter().zip(inverse)) {
+    fn precondition(&mut self, r: &Field, z: &mut Field) -> [f64; 3] {
+        z.sum_rows(|Row { y, channel, values }| {
+            let (inverse, r) = (&self.inverse[y * self.width..(y + 1) * self.width], r.row(y, channel));
+            for (z, (r, inverse)) in values.iter_mut().zip(r.iter().zip(inverse)) {
                 *z = r * inverse;
             }
-        });
+            dot(values, r)
+        })
     }
 }
 

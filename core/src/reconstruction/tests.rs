@@ -53,7 +53,7 @@ pub(super) fn linked(extent: Extent, seed: usize) -> Graph {
 }
 
 /// Forward differences of an image.
-fn differences(image: &Image) -> (Image, Image) {
+pub(super) fn differences(image: &Image) -> (Image, Image) {
     let e = image.extent();
     let (mut dx, mut dy) = (Image::new(e, 3), Image::new(e, 3));
     for c in 0..3 {
@@ -72,7 +72,7 @@ fn differences(image: &Image) -> (Image, Image) {
 }
 
 /// A smooth picture with an edge.
-fn picture(e: Extent) -> Image {
+pub(super) fn picture(e: Extent) -> Image {
     let mut image = Image::new(e, 3);
     for c in 0..3 {
         for y in 0..e.height {
@@ -300,6 +300,72 @@ fn l2_tends_to_the_primal_as_alpha_grows() {
     let distance = |alpha| worst(&l2::L2.solve(&m, None, alpha).unwrap().0, &p);
     let distances = [1.0, 10.0, 1000.0].map(distance);
     assert!(distances[0] > 0.2 && distances[1] < 0.1 && distances[2] < 1e-5, "{distances:?}");
+}
+
+#[test]
+fn noise_decides_the_weight_of_the_primal() {
+    let extent = Extent { width: 30, height: 20 };
+    let full = |channels: usize, value: f32| Image::from_planes(extent, channels, vec![value; channels * 600]).unwrap();
+    let (p, d) = (full(3, 0.5), full(3, 0.0));
+    let bare = Measurements::new(&p, &d, &d);
+    assert_eq!(l2::L2.alpha(&bare), noise::TYPICAL);
+    // The last column and row hold nothing; of the differences that there are each has a variance of 0.03, the primal one of 0.75.
+    let (primal, mut dx, mut dy) = (full(3, 0.25), full(1, 0.03), full(1, 0.03));
+    (0..20).for_each(|y| dx.set(29, y, 0, 0.0));
+    (0..30).for_each(|x| dy.set(x, 19, 0, 0.0));
+    let m = Measurements { variance: Some(Variance { primal: &primal, dx: &dx, dy: &dy }), ..bare };
+    assert!((l2::L2.alpha(&m) - 0.2).abs() < 1e-6, "{}", l2::L2.alpha(&m));
+    let silent = full(1, 0.0);
+    let m = Measurements { variance: Some(Variance { primal: &primal, dx: &silent, dy: &silent }), ..bare };
+    assert_eq!(l2::L2.alpha(&m), noise::TYPICAL);
+}
+
+/// White noise of known strength: the weight that noise calls for beats those beside it.
+#[test]
+fn the_weight_by_noise_is_the_best_one() {
+    let extent = Extent { width: 64, height: 48 };
+    let truth = picture(extent);
+    let (dx, dy) = differences(&truth);
+    let spoil = |image: &Image, sigma: f32, seed: usize| {
+        let (mut image, unit) = (image.clone(), random(extent, seed, sigma * 12f32.sqrt()));
+        image.data_mut().iter_mut().zip(unit.data()).for_each(|(v, n)| *v += n);
+        image
+    };
+    let (p, dx, dy) = (spoil(&truth, 0.3, 1), spoil(&dx, 0.09, 2), spoil(&dy, 0.09, 3));
+    let full = |channels: usize, value: f32| Image::from_planes(extent, channels, vec![value; channels * extent.pixels()]).unwrap();
+    let (primal, grey) = (full(3, 0.09), full(1, 3.0 * 0.0081));
+    let m = Measurements { variance: Some(Variance { primal: &primal, dx: &grey, dy: &grey }), ..Measurements::new(&p, &dx, &dy) };
+    let alpha = l2::L2.alpha(&m);
+    let error = |alpha| {
+        let (image, _) = l2::L2.solve(&m, None, alpha).unwrap();
+        image.data().iter().zip(truth.data()).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
+    };
+    let best = error(alpha);
+    assert!(best < error(0.5 * alpha) && best < error(2.0 * alpha), "{alpha}: {best}, {}, {}", error(0.5 * alpha), error(2.0 * alpha));
+}
+
+#[test]
+fn clamping_touches_negative_values_alone() {
+    let film = film([3, 2], true);
+    let mut done = reconstruct(&film, ReconstructionKind::L2, 0.2).unwrap();
+    let before = done.image.clone();
+    assert!(before.data().iter().any(|v| *v < 0.0));
+    done.clamp();
+    assert!(done.image.data().iter().zip(before.data()).all(|(a, b)| *a == b.max(0.0)));
+}
+
+#[test]
+fn l1_solves_odd_films() {
+    for (w, h) in [(1, 1), (1, 40), (40, 1), (2, 2), (31, 5)] {
+        let extent = Extent { width: w, height: h };
+        let full = |f: &dyn Fn(usize) -> f32| Image::from_planes(extent, 3, (0..3 * extent.pixels()).map(f).collect()).unwrap();
+        for truth in [full(&|_| 0.0), full(&|_| 7.0), full(&|k| (k % 2) as f32), full(&|k| 10f32.powi((k % 31) as i32 - 15))] {
+            let (dx, dy) = differences(&truth);
+            let (image, _) = l1::L1.solve(&Measurements::new(&truth, &dx, &dy), None, 0.2).unwrap();
+            let largest = truth.data().iter().fold(0.0f32, |a, b| a.max(*b));
+            assert!(worst(&image, &truth) <= 1e-4 * largest, "{w}×{h}: {}", worst(&image, &truth));
+        }
+    }
 }
 
 #[test]

@@ -16,6 +16,7 @@ impl From<&Plan> for v1::Plan {
             batch: plan.batch,
             seed: plan.seed,
             alpha: plan.alpha,
+            clamp: plan.clamp,
             max_depth: plan.max_depth,
             roulette_depth: plan.roulette_depth,
             shift_threshold: plan.shift_threshold,
@@ -40,8 +41,8 @@ impl TryFrom<v1::Plan> for Plan {
             if (1..=most).contains(&value) { Ok(value) } else { Err(ConvertError::range(field, value, format!("1 to {most}"))) }
         };
         let counted = |field, value: u32| up_to(field, value, limits::SAMPLES);
-        if !(message.alpha.is_finite() && message.alpha > 0.0) {
-            return Err(ConvertError::range("plan.alpha", message.alpha, "a finite number above 0"));
+        if let Some(alpha) = message.alpha.filter(|alpha| !(alpha.is_finite() && *alpha > 0.0)) {
+            return Err(ConvertError::range("plan.alpha", alpha, "a finite number above 0"));
         }
         if !(message.shift_threshold.is_finite() && message.shift_threshold >= 0.0) {
             return Err(ConvertError::range("plan.shift_threshold", message.shift_threshold, "a finite number, 0 or above"));
@@ -65,6 +66,7 @@ impl TryFrom<v1::Plan> for Plan {
             batch: counted("plan.batch", message.batch)?,
             seed: message.seed,
             alpha: message.alpha,
+            clamp: message.clamp,
             max_depth: counted("plan.max_depth", message.max_depth)?,
             roulette_depth: message.roulette_depth,
             shift: by_name(&ShiftKind::ALL, ShiftKind::name, &message.shift)
@@ -109,7 +111,8 @@ mod tests {
             samples: 64,
             batch: Plan::BATCH,
             seed: u64::MAX - 3,
-            alpha: 0.2,
+            alpha: Some(0.2),
+            clamp: false,
             max_depth: 12,
             roulette_depth: 5,
             shift: ShiftKind::Hybrid,
@@ -125,12 +128,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn round_trip(technique in 0..Technique::ALL.len(), reconstruction in 0..ReconstructionKind::ALL.len(), shift in 0..ShiftKind::ALL.len(), samples in 1u32..1 << 20, seed: u64, alpha in 1e-6f32..1e6, error in prop::option::of(1e-9f64..1.0)) {
+        fn round_trip(technique in 0..Technique::ALL.len(), reconstruction in 0..ReconstructionKind::ALL.len(), shift in 0..ShiftKind::ALL.len(), samples in 1u32..1 << 20, seed: u64, alpha in prop::option::of(1e-6f32..1e6), clamp: bool, error in prop::option::of(1e-9f64..1.0)) {
             let mut plan = plan();
             plan.technique = Technique::ALL[technique];
             plan.reconstruction = ReconstructionKind::ALL[reconstruction];
             plan.shift = ShiftKind::ALL[shift];
-            (plan.samples, plan.seed, plan.alpha) = (samples, seed, alpha);
+            (plan.samples, plan.seed, plan.alpha, plan.clamp) = (samples, seed, alpha, clamp);
             (plan.shift_survival, plan.reuse_edge, plan.links, plan.rounds) = (0.25, 5, 7, 3);
             plan.stop = Stop { error, seconds: error.map(|e| e * 1e3), curve: seed % 2 == 0 };
             prop_assert_eq!(Plan::try_from(v1::Plan::from(&plan)), Ok(plan));
@@ -152,7 +155,7 @@ mod tests {
         );
         assert!(spoil(|p| p.shift_survival = 0.0).starts_with("plan.shift_survival is 0"));
         assert!(spoil(|p| p.links = 1000).starts_with("plan.links is 1000"));
-        assert!(spoil(|p| p.alpha = f32::NAN).starts_with("plan.alpha is NaN"));
+        assert!(spoil(|p| p.alpha = Some(f32::NAN)).starts_with("plan.alpha is NaN"));
         assert!(spoil(|p| p.stop_error = Some(f64::NAN)).starts_with("plan.stop_error is NaN"));
         assert!(spoil(|p| p.stop_seconds = Some(0.0)).starts_with("plan.stop_seconds is 0"));
         assert!(spoil(|p| p.samples = 0).starts_with("plan.samples is 0"));

@@ -25,6 +25,21 @@ pub fn read_layer(bytes: &[u8], layer: &str) -> Result<Image, Error> {
     read_first(bytes, layer, &[&["R", "G", "B"], &["X", "Y", "Z"], &["Y"], &["Z"]])
 }
 
+/// The names of the layers of a file, each once, in the order of the file; `""` is the default one.
+///
+/// # Errors
+/// If it is no OpenEXR file.
+pub fn layers(bytes: &[u8]) -> Result<Vec<String>, Error> {
+    let mut layers: Vec<String> = Vec::new();
+    for name in headers(bytes)?.iter().flat_map(channel_names) {
+        let layer = name.rsplit_once('.').map_or("", |(layer, _)| layer);
+        if !layers.iter().any(|known| known == layer) {
+            layers.push(layer.to_owned());
+        }
+    }
+    Ok(layers)
+}
+
 /// The metadata that this program wrote into a file; `None` if another one wrote it.
 ///
 /// # Errors
