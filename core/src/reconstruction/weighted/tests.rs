@@ -71,7 +71,8 @@ fn weights_come_from_the_other_half_and_are_asked_for() {
     assert!(WeightedL2.solve(&bare, None, 1.0).unwrap_err().to_string().contains("needs the variances"));
 }
 
-/// Measurements whose noise is a thousand times stronger in one half of the picture than in the other, with the variances that tell so.
+/// Measurements whose differences are all but free of noise in one half of the picture and noisier than the primal in the other, with the
+/// variances that tell so.
 struct Uneven {
     truth: Image,
     p: Image,
@@ -86,25 +87,22 @@ impl Uneven {
         let (dx, dy) = differences(&truth);
         let pixels = extent.pixels();
         // Uniform on ±½ σ √12; variances as from a few samples, a factor of up to two off.
-        let spoil = |image: &Image, sigma: f32, seed: usize| {
+        let spoil = |image: &Image, sigma: &dyn Fn(usize) -> f32, seed: usize| {
             let (mut image, unit) = (image.clone(), random(extent, seed, 12f32.sqrt()));
             for (k, v) in image.data_mut().iter_mut().enumerate() {
-                *v += sigma * Self::strength(extent, k % pixels) * unit.data()[k];
+                *v += sigma(k % pixels) * unit.data()[k];
             }
             image
         };
-        let guess = |sigma: f32, channels: usize, seed: usize| {
+        let guess = |sigma: &dyn Fn(usize) -> f32, channels: usize, seed: usize| {
             let off = random(extent, seed, 1.0);
-            let value = |k: usize| (sigma * Self::strength(extent, k % pixels)).powi(2) * (1.0 + off.data()[k]);
+            let value = |k: usize| sigma(k % pixels).powi(2) * (1.0 + off.data()[k]) * if channels == 1 { 3.0 } else { 1.0 };
             Image::from_planes(extent, channels, (0..channels * pixels).map(value).collect()).unwrap()
         };
-        let root = 3f32.sqrt();
-        let noise = Noise { primal: guess(0.5, 3, seed + 3), dx: guess(0.1 * root, 1, seed + 4), dy: guess(0.1 * root, 1, seed + 5) };
-        Self { p: spoil(&truth, 0.5, seed), dx: spoil(&dx, 0.1, seed + 1), dy: spoil(&dy, 0.1, seed + 2), truth, noise }
-    }
-
-    fn strength(extent: Extent, pixel: usize) -> f32 {
-        if (pixel % extent.width as usize) * 2 < extent.width as usize { 1.0 } else { 0.03 }
+        let primal = |_| 0.3;
+        let difference = |pixel: usize| if (pixel % extent.width as usize) * 2 < extent.width as usize { 0.5 } else { 0.015 };
+        let noise = Noise { primal: guess(&primal, 3, seed + 3), dx: guess(&difference, 1, seed + 4), dy: guess(&difference, 1, seed + 5) };
+        Self { p: spoil(&truth, &primal, seed), dx: spoil(&dx, &difference, seed + 1), dy: spoil(&dy, &difference, seed + 2), truth, noise }
     }
 
     fn measurements(&self) -> Measurements<'_> {
