@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use gradfarm_core::film::Statistics;
 use gradfarm_core::lattice::Tile;
-use gradfarm_core::reconstruction::ErrorEstimate;
+use gradfarm_core::reconstruction::{Reconstructed, SolveReport};
 use serde::Serialize;
 
 /// The file.
@@ -14,11 +14,24 @@ pub(super) struct FrameStatistics {
     frame: u32,
     /// Counters summed over the frame, by name.
     counters: BTreeMap<String, u64>,
+    /// How the image was solved for.
+    reconstruction: Solve,
     /// Estimated relMSE of the finished image.
     #[serde(skip_serializing_if = "Option::is_none")]
     relmse: Option<f64>,
     /// The same for each tile, row by row.
     tiles: Vec<TileStatistics>,
+}
+
+/// How a solve went.
+#[derive(Clone, Debug, Serialize)]
+struct Solve {
+    /// Weight of the primal that was taken.
+    alpha: f32,
+    /// Linear iterations; 0 for direct solves.
+    iterations: u32,
+    /// Relative residual.
+    residual: f64,
 }
 
 /// What was counted in a tile.
@@ -39,7 +52,9 @@ struct TileStatistics {
 
 impl FrameStatistics {
     /// What a frame and its tiles counted.
-    pub(super) fn of(frame: u32, all: &Statistics, tiles: &[(Tile, Statistics)], error: Option<&ErrorEstimate>) -> Self {
+    pub(super) fn of(frame: u32, all: &Statistics, tiles: &[(Tile, Statistics)], image: &Reconstructed) -> Self {
+        let error = image.error.as_ref();
+        let SolveReport { alpha, iterations, residual } = image.report;
         let tile = |(tile, statistics): &(Tile, Statistics)| {
             let mut counters = statistics.by_name();
             counters.retain(|_, count| *count > 0);
@@ -47,22 +62,28 @@ impl FrameStatistics {
             TileStatistics { x: tile.x, y: tile.y, width: tile.width, height: tile.height, relmse, counters }
         };
         let relmse = error.map(|error| error.relmse);
-        Self { frame, counters: all.by_name(), relmse, tiles: tiles.iter().map(tile).collect() }
+        let reconstruction = Solve { alpha, iterations, residual };
+        Self { frame, counters: all.by_name(), reconstruction, relmse, tiles: tiles.iter().map(tile).collect() }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gradfarm_core::film::Counter;
+    use gradfarm_core::film::{Counter, Image};
+    use gradfarm_core::lattice::Extent;
 
     #[test]
     fn tiles_name_what_they_counted() {
         let mut statistics = Statistics::default();
         statistics.add(Counter::ShiftOccluded, 7);
         let tile = Tile { x: 8, y: 0, width: 8, height: 4 };
-        let told = serde_json::to_value(FrameStatistics::of(3, &statistics, &[(tile, statistics)], None)).unwrap();
+        let black = Image::new(Extent { width: 16, height: 4 }, 3);
+        let report = SolveReport { alpha: 0.25, iterations: 7, residual: 0.5 };
+        let image = Reconstructed { image: black.clone(), primal: black, halves: None, error: None, report };
+        let told = serde_json::to_value(FrameStatistics::of(3, &statistics, &[(tile, statistics)], &image)).unwrap();
         assert_eq!((told["frame"].as_u64(), told["counters"]["shift_occluded"].as_u64()), (Some(3), Some(7)));
+        assert_eq!(told["reconstruction"], serde_json::json!({"alpha": 0.25, "iterations": 7, "residual": 0.5}));
         assert_eq!(told["counters"]["samples"].as_u64(), Some(0));
         assert_eq!(told["tiles"][0], serde_json::json!({"x": 8, "y": 0, "width": 8, "height": 4, "counters": {"shift_occluded": 7}}));
     }

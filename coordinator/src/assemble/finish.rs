@@ -39,7 +39,7 @@ fn encode(
     reconstructed: &Reconstructed,
 ) -> Result<Vec<(FileKind, Bytes)>, AssembleError> {
     let (exr, png) = rayon::join(|| encode_exr(task, film, reconstructed), || png::encode(&reconstructed.image, 1.0));
-    let counted = FrameStatistics::of(task.record.first_frame + task.position, &film.statistics, tiles, reconstructed.error.as_ref());
+    let counted = FrameStatistics::of(task.record.first_frame + task.position, &film.statistics, tiles, reconstructed);
     let counted = serde_json::to_vec(&counted).map_err(AssembleError::Statistics)?;
     Ok(vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into()), (FileKind::Statistics, counted.into())])
 }
@@ -52,6 +52,10 @@ fn encode_exr(task: &Task, film: &Film, reconstructed: &Reconstructed) -> Result
         named.extend([("dx", &gradients.dx), ("dy", &gradients.dy)]);
     }
     named.push(("variance", &both.primal_variance));
+    if let Some(gradients) = &both.gradients {
+        // What it takes to reconstruct this very film again.
+        named.extend([("variance-dx", &gradients.dx_variance), ("variance-dy", &gradients.dy_variance), ("direct", &both.direct)]);
+    }
     named.extend(reconstructed.error.as_ref().map(|error| ("error", &error.squared)));
     let features = &film.features;
     named.extend(film.counts.as_ref().map(|counts| ("samples", counts)));

@@ -68,7 +68,7 @@ fn weights_come_from_the_other_half_and_are_asked_for() {
     let n = Measurements { variance: Some(other.variance()), ..bare };
     assert_eq!(WeightedL2.solve(&bare, Some(&n), 1.0).unwrap(), WeightedL2.solve(&n, None, 1.0).unwrap());
     assert_ne!(WeightedL2.solve(&m, Some(&n), 1.0).unwrap(), WeightedL2.solve(&m, None, 1.0).unwrap());
-    assert!(WeightedL2.solve(&bare, None, 1.0).unwrap_err().to_string().contains("needs the variances"));
+    assert!(WeightedL2.solve(&bare, None, 1.0).unwrap_err().to_string().contains("needs variances"));
 }
 
 /// Measurements whose differences are all but free of noise in one half of the picture and noisier than the primal in the other, with the
