@@ -72,6 +72,7 @@ mod tests {
     use super::*;
     use gradfarm_core::film::{Counter, Image};
     use gradfarm_core::lattice::Extent;
+    use gradfarm_core::reconstruction::ReconstructionKind;
 
     #[test]
     fn tiles_name_what_they_counted() {
@@ -80,7 +81,8 @@ mod tests {
         let tile = Tile { x: 8, y: 0, width: 8, height: 4 };
         let black = Image::new(Extent { width: 16, height: 4 }, 3);
         let report = SolveReport { alpha: 0.25, iterations: 7, residual: 0.5 };
-        let image = Reconstructed { image: black.clone(), primal: black, halves: None, error: None, report };
+        let (kind, why) = (ReconstructionKind::L2, None);
+        let image = Reconstructed { image: black.clone(), primal: black, halves: None, error: None, report, kind, why };
         let told = serde_json::to_value(FrameStatistics::of(3, &statistics, &[(tile, statistics)], &image)).unwrap();
         assert_eq!((told["frame"].as_u64(), told["counters"]["shift_occluded"].as_u64()), (Some(3), Some(7)));
         assert_eq!(told["reconstruction"], serde_json::json!({"alpha": 0.25, "iterations": 7, "residual": 0.5}));

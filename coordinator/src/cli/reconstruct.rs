@@ -70,9 +70,11 @@ pub(super) struct Reconstruct {
     json: bool,
 }
 
+/// Any but the choice among them, for which there must be halves.
 fn kind(name: &str) -> Result<ReconstructionKind, String> {
-    let known = ReconstructionKind::ALL.map(ReconstructionKind::name);
-    by_name(&ReconstructionKind::ALL, ReconstructionKind::name, name).ok_or_else(|| format!("expected one of {}", known.join(", ")))
+    let all: Vec<ReconstructionKind> = ReconstructionKind::ALL.into_iter().filter(|kind| *kind != ReconstructionKind::Auto).collect();
+    let known: Vec<&str> = all.iter().map(|kind| kind.name()).collect();
+    by_name(&all, ReconstructionKind::name, name).ok_or_else(|| format!("expected one of {}", known.join(", ")))
 }
 
 fn alpha(text: &str) -> Result<f32, String> {

@@ -13,7 +13,13 @@ const MARGIN: f64 = 0.9;
 fn candidates(film: &Film) -> &'static [ReconstructionKind] {
     let half = &film.halves[0];
     if half.gradients.is_some() {
-        &[ReconstructionKind::L2, ReconstructionKind::WeightedCv, ReconstructionKind::L1, ReconstructionKind::None]
+        &[
+            ReconstructionKind::L2,
+            ReconstructionKind::WeightedL2,
+            ReconstructionKind::WeightedCv,
+            ReconstructionKind::L1,
+            ReconstructionKind::None,
+        ]
     } else if half.graph.is_some() {
         &[ReconstructionKind::Graph, ReconstructionKind::None]
     } else {
