@@ -3,6 +3,7 @@
 //! Arguments: a scene, the relMSE to reach, the number of seeds, and the size such as `160x120` unless it is the scene's. The images of the
 //! other seeds stand for the truth, so what is found is too large by one over their number.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use gradfarm_core::accuracy::Stop;
@@ -36,15 +37,16 @@ fn measure(arguments: &[String]) -> Result<(), Fault> {
     let stop = Stop { error: Some(target), ..Stop::default() };
     let plan = resolve(&loaded.description, &Request { extent, stop, ..Request::default() })?;
     let all = outcomes(&compiled, &plan, 1000, seeds.max(3)).map_err(|fault| format!("{fault:?}"))?;
-    println!("| seed | samples | estimated relMSE | interval | found | found / target |\n|--:|--:|--:|--:|--:|--:|");
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "| seed | samples | estimated relMSE | interval | found | found / target |\n|--:|--:|--:|--:|--:|--:|")?;
     for (seed, outcome) in (1000..).zip(&all) {
         let (told, ratio) = (outcome.told, outcome.found / target);
         let interval = format!("{:.2e} to {:.2e}", told.low, told.high);
-        println!("| {seed} | {} | {:.2e} | {interval} | {:.2e} | {ratio:.2} |", outcome.samples, told.relmse, outcome.found);
+        writeln!(out, "| {seed} | {} | {:.2e} | {interval} | {:.2e} | {ratio:.2} |", outcome.samples, told.relmse, outcome.found)?;
     }
     let near = all.iter().filter(|outcome| outcome.found < Stop::SURE * target).count();
     let mean = |of: &dyn Fn(usize) -> f64| (0..all.len()).map(of).sum::<f64>() / all.len() as f64;
     let (samples, ratio) = (mean(&|i| f64::from(all[i].samples)), mean(&|i| all[i].found / target));
-    println!("\n{near} of {} below {} × target; {samples:.0} samples and {ratio:.2} × target on average", all.len(), Stop::SURE);
+    writeln!(out, "\n{near} of {} below {} × target; {samples:.0} samples and {ratio:.2} × target on average", all.len(), Stop::SURE)?;
     Ok(())
 }

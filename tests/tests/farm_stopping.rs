@@ -2,6 +2,7 @@
 //! that stop by time tell their samples, and as many samples give the same bits.
 
 #![cfg(unix)]
+#![allow(clippy::unwrap_used)]
 
 use gradfarm_core::output::exr;
 use gradfarm_core::plan::Technique;
