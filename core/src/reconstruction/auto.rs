@@ -52,8 +52,9 @@ pub(super) fn choose(film: &Film, alpha: Option<f32>) -> Result<Reconstructed, R
     Ok(best)
 }
 
+/// The estimate to choose by. That of a squared bias may fall below zero; nothing is chosen for such luck.
 fn relmse(done: &Reconstructed) -> Option<f64> {
-    done.error.as_ref().map(|error| error.relmse).filter(|error| error.is_finite())
+    done.error.as_ref().map(|error| error.relmse - error.bias.min(0.0)).filter(|error| error.is_finite())
 }
 
 fn handicap(kind: ReconstructionKind) -> f64 {
@@ -62,11 +63,59 @@ fn handicap(kind: ReconstructionKind) -> f64 {
 
 /// Which was chosen, and what all promised.
 fn reason(chosen: ReconstructionKind, told: &[(ReconstructionKind, f64)]) -> String {
-    let list = |kinds: &mut dyn Iterator<Item = &(ReconstructionKind, f64)>| {
-        kinds.map(|(kind, error)| format!("{} {error:.2e}", kind.name())).collect::<Vec<_>>().join(", ")
-    };
-    let best = list(&mut told.iter().filter(|(kind, _)| *kind == chosen));
-    let others = list(&mut told.iter().filter(|(kind, _)| *kind != chosen));
-    let against = if others.is_empty() { ", and nothing else is possible".to_owned() } else { format!(" against {others}") };
-    format!("estimated relMSE by the halves: {best}{against}")
+    let own = told.iter().find(|(kind, _)| *kind == chosen).map_or(f64::NAN, |(_, error)| *error);
+    let others: Vec<String> =
+        told.iter().filter(|(kind, _)| *kind != chosen).map(|(kind, error)| format!("{} {error:.2e}", kind.name())).collect();
+    let against = if others.is_empty() { "nothing else is possible".to_owned() } else { format!("against {}", others.join(", ")) };
+    format!("{}: estimated relMSE {own:.2e} by the halves, {against}", chosen.name())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Image;
+    use crate::lattice::Extent;
+
+    #[test]
+    fn the_least_error_wins_and_the_others_are_named() {
+        let film = crate::reconstruction::tests::film([3, 2], true);
+        let done = reconstruct(&film, ReconstructionKind::Auto, 0.2).unwrap();
+        let best = reconstruct(&film, done.kind, 0.2).unwrap();
+        assert_eq!((&done.image, done.error.as_ref()), (&best.image, best.error.as_ref()));
+        let why = done.why.unwrap();
+        assert!(why.starts_with(done.kind.name()) && candidates(&film).iter().all(|kind| why.contains(kind.name())), "{why}");
+        for kind in candidates(&film) {
+            let other = relmse(&reconstruct(&film, *kind, 0.2).unwrap()).unwrap();
+            assert!(relmse(&best).unwrap() * handicap(best.kind) <= other * handicap(*kind), "{}", kind.name());
+        }
+    }
+
+    #[test]
+    fn where_nothing_can_be_told_apart_the_first_stands() {
+        let single = reconstruct(&crate::reconstruction::tests::film([1, 0], true), ReconstructionKind::Auto, 0.2).unwrap();
+        assert_eq!(single.kind, ReconstructionKind::L2);
+        assert!(single.why.unwrap().contains("no two halves"));
+        let paths = reconstruct(&crate::reconstruction::tests::film([2, 2], false), ReconstructionKind::Auto, 0.2).unwrap();
+        assert_eq!(paths.kind, ReconstructionKind::None);
+        assert!(paths.why.unwrap().contains("nothing else is possible"));
+    }
+
+    #[test]
+    fn a_biased_one_must_be_clearly_better() {
+        let extent = Extent { width: 24, height: 16 };
+        let mut flat = Image::new(extent, 3);
+        flat.data_mut().fill(1.0);
+        let mut film = crate::reconstruction::tests::film([4, 4], true);
+        film.extent = extent;
+        let none = Image::new(extent, 1);
+        let black = Image::new(extent, 3);
+        film.features = crate::film::Features { albedo: black.clone(), normal: black.clone(), depth: none.clone() };
+        for half in &mut film.halves {
+            (half.primal, half.primal_variance, half.direct) = (flat.clone(), black.clone(), black.clone());
+            let g = half.gradients.as_mut().unwrap();
+            (g.dx, g.dy, g.dx_variance, g.dy_variance) = (black.clone(), black.clone(), none.clone(), none.clone());
+        }
+        // All are exact: the unbiased one that suits most films is taken.
+        assert_eq!(reconstruct(&film, ReconstructionKind::Auto, 0.2).unwrap().kind, ReconstructionKind::L2);
+    }
 }

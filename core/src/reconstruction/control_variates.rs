@@ -148,8 +148,8 @@ fn iterate(m: &Measurements, iterations: u32, weights: &Weights) -> Result<(Imag
     }
     let (mut now, mut next) = (Field::from_image(m.primal), Field::new(width, height));
     let (dx, dy) = (Field::from_image(m.dx), Field::from_image(m.dy));
-    let mut factor = 1.0f64;
-    for k in 0..iterations {
+    let (mut factor, mut gain) = (1.0f64, 4.0f64);
+    for _ in 0..iterations {
         let row = |weighing: &mut Weighing, y: usize, out: &mut [f32]| {
             weights.fill(y, height, factor as f32, weighing);
             for (c, out) in out.chunks_exact_mut(width).enumerate() {
@@ -159,7 +159,8 @@ fn iterate(m: &Measurements, iterations: u32, weights: &Weights) -> Result<(Imag
         next.each_line(|| Weighing::new(width), row);
         std::mem::swap(&mut now, &mut next);
         // What one more average does to the variance: less and less, because neighbours come to share their noise.
-        factor /= 1.01 + 4.0 * 0.5f64.powi(k as i32);
+        factor /= 1.01 + gain;
+        gain *= 0.5;
     }
     now.copy_to(&mut image);
     if image.data().iter().any(|v| !v.is_finite()) {

@@ -381,7 +381,7 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-fn film(samples: [u32; 2], gradients: bool) -> Film {
+pub(super) fn film(samples: [u32; 2], gradients: bool) -> Film {
     let extent = Extent { width: 9, height: 8 };
     let half = |seed: usize, samples: u32| HalfFilm {
         samples,
