@@ -35,6 +35,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("material", "texture"),
     ("effects", "scene"),
     ("reconstruction", "film"),
+    ("reconstruction", "metrics"),
     ("metrics", "film"),
     ("render", "gradient"),
     ("render", "plan"),

@@ -177,7 +177,7 @@ mod tests {
     fn nonsense_is_refused_with_what_was_expected() {
         for (word, expected) in [
             ("--technique=magic", "auto, pt, gpt"),
-            ("--reconstruction=l3", "auto, none, l2, l1"),
+            ("--reconstruction=l3", "auto, none, l2, weighted-l2, l1"),
             ("--size=640", "such as 640x480"),
             ("--alpha=much", "above 0"),
             ("--shift=magic", "auto, hybrid"),

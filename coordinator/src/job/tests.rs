@@ -242,8 +242,11 @@ impl History {
         assert!(of_frame.iter().all(|unit| matches!(unit.state, UnitState::Done { .. })), "a frame is measured when its units are done");
         let measured = Measured { samples: goal, error: Some(Estimate { relmse, low: 0.9 * relmse, high: 1.1 * relmse }), seconds: 0.5 };
         let outcome = if works { Ok(measured) } else { Err("no memory".into()) };
-        self.apply(Event::Measured { frame, outcome });
-        if works {
+        let over = self.job.state.is_final();
+        let actions = self.apply(Event::Measured { frame, outcome });
+        if over {
+            assert!(actions.is_empty(), "nothing is done for a job that is over");
+        } else if works {
             let after = &self.job.frames[frame as usize];
             assert_eq!((after.points.last().unwrap().samples, after.points.last().unwrap().error.relmse), (goal, relmse));
             assert_eq!(after.stopped.is_some(), after.goal == goal, "it stops, or goes on");

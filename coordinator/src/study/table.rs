@@ -81,7 +81,7 @@ mod tests {
         };
         let rows = rows(&scene);
         assert!(
-            rows[0].contains("| pt | 40 | 4.00 s | 2.50e-1 | 2.2e-1–2.8e-1 |") && rows[0].ends_with("| -1.00 | 1.0× | 1.0× |"),
+            rows[0].contains("| pt | 40 | 4.00 s | 2.50e-1 | 2.3e-1–2.8e-1 |") && rows[0].ends_with("| -1.00 | 1.0× | 1.0× |"),
             "{}",
             rows[0]
         );

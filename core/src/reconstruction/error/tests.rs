@@ -1,3 +1,5 @@
+//! Estimated errors held against true ones.
+
 use super::*;
 use crate::metrics::rel_mse;
 use crate::plan::Technique;
