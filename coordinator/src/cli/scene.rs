@@ -1,5 +1,6 @@
 //! Reads the scene that a command names and the files beside it, and passes the importer's remarks on.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use bytes::Bytes;
@@ -30,10 +31,11 @@ pub(super) async fn read_asset(assets: &SceneAssets, name: &str) -> Result<Bytes
     Ok(read.map_err(|fault| Error::Failed(fault.to_string()))??.into())
 }
 
-/// What to call a job that renders this scene: the file's name, or its folder's where all files are called alike.
+/// What to call a job that renders this scene: the file's name, or its folder's where all files are called alike. Hidden folders name nothing.
 pub(super) fn job_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or(path.as_os_str());
-    let folder = path.parent().and_then(Path::file_name).filter(|_| stem == "scene");
+    let named = |folder: &&OsStr| stem == "scene" && !folder.to_string_lossy().starts_with('.');
+    let folder = path.parent().and_then(Path::file_name).filter(named);
     folder.unwrap_or(stem).to_string_lossy().into_owned()
 }
 
@@ -43,7 +45,8 @@ mod tests {
 
     #[test]
     fn scenes_are_called_by_what_tells_them_apart() {
-        let names = ["hall.json", "a/hall.json", "a/door/scene.xml", "scene.xml", "/scene.xml"].map(|path| job_name(Path::new(path)));
-        assert_eq!(names, ["hall", "hall", "door", "scene", "scene"]);
+        let names = ["hall.json", "a/hall.json", "a/door/scene.xml", "scene.xml", "/scene.xml", "/t/.x/scene.xml"]
+            .map(|path| job_name(Path::new(path)));
+        assert_eq!(names, ["hall", "hall", "door", "scene", "scene", "scene"]);
     }
 }
