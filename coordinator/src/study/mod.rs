@@ -125,6 +125,21 @@ impl Law {
     }
 }
 
+/// How much sooner a method gets somewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sooner {
+    /// So many times.
+    pub times: f64,
+    /// Or more: its least budget was already enough.
+    pub at_least: bool,
+}
+
+impl std::fmt::Display for Sooner {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}{:.1}×", if self.at_least { "≥ " } else { "" }, self.times)
+    }
+}
+
 impl MethodStudy {
     /// The law of its errors; `None` for fewer than two budgets.
     pub fn law(&self) -> Option<Law> {
@@ -152,13 +167,16 @@ impl MethodStudy {
         ratio.is_finite().then_some(ratio)
     }
 
-    /// How many times sooner than `base` it reaches the error that `base` has at the end.
-    pub fn equal_error(&self, base: &MethodStudy) -> Option<f64> {
-        let last = base.points.last()?;
-        match self.law() {
-            Some(law) => Some(last.seconds() / law.seconds_for(last.relmse())?),
-            None => self.equal_time(base, base.points.len() - 1),
-        }
+    /// How many times sooner than `base` it reaches the error that `base` has at the end, by its law; a lower bound where its least budget
+    /// is already enough.
+    pub fn equal_error(&self, base: &MethodStudy) -> Option<Sooner> {
+        let (first, last) = (self.points.first()?, base.points.last()?);
+        let seconds = match self.law() {
+            Some(law) => law.seconds_for(last.relmse())?,
+            None => last.seconds() / self.equal_time(base, base.points.len() - 1)?,
+        };
+        let at_least = self.points.len() > 1 && seconds < first.seconds();
+        Some(Sooner { times: last.seconds() / if at_least { first.seconds() } else { seconds }, at_least })
     }
 }
 
@@ -192,11 +210,14 @@ pub(crate) mod tests {
             assert!((better.equal_time(&base, budget).unwrap() - 5.0).abs() < 1e-12);
         }
         assert_eq!(better.equal_time(&base, 3), None);
-        assert!((better.equal_error(&base).unwrap() - 5.0).abs() < 1e-9);
+        // At one second it is already below what the base has after four.
+        assert_eq!(better.equal_error(&base).unwrap(), Sooner { times: 4.0, at_least: true });
+        let half = method("gpt+l1", 0.5, -1.0).equal_error(&base).unwrap();
+        assert!((half.times - 2.0).abs() < 1e-9 && !half.at_least);
         // A method that is ahead at first and stands still: it reaches the error of the base at 4 s where 0.3 = 0.25.
         let biased = method("nfor", 0.3, -0.1);
         let seconds = (0.25f64 / 0.3).powf(-10.0);
-        assert!((biased.equal_error(&base).unwrap() - 4.0 / seconds).abs() < 1e-9);
+        assert!((biased.equal_error(&base).unwrap().times - 4.0 / seconds).abs() < 1e-9);
         assert_eq!(method("stuck", 1.0, 0.1).law().unwrap().seconds_for(0.1), None);
     }
 
@@ -204,7 +225,7 @@ pub(crate) mod tests {
     fn a_single_budget_has_no_law_but_a_ratio() {
         let single = |work| MethodStudy { points: method("m", work, -1.0).points[..1].to_vec(), ..method("m", work, -1.0) };
         assert_eq!(single(1.0).law(), None);
-        assert!((single(0.5).equal_error(&single(1.0)).unwrap() - 2.0).abs() < 1e-12);
+        assert!((single(0.5).equal_error(&single(1.0)).unwrap().times - 2.0).abs() < 1e-12);
         assert_eq!(single(1.0).points[0].range(), [0.9, 1.1]);
     }
 }

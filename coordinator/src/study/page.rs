@@ -116,7 +116,7 @@ fn summary(scene: &SceneStudy) -> Markup {
                             td { (number(last.flip())) }
                             td { (method.law().map_or("–".to_owned(), |law| format!("{:.2}", law.slope))) }
                             td { (times(method.equal_time(base, method.points.len() - 1))) }
-                            td { (times(method.equal_error(base))) }
+                            td { (method.equal_error(base).map_or("–".to_owned(), |sooner| sooner.to_string())) }
                             td { (halving(method)) }
                         }
                     }

@@ -30,7 +30,7 @@ fn row(scene: &SceneStudy, method: &MethodStudy, base: &MethodStudy) -> Option<S
         high,
         last.flip(),
         times(method.equal_time(base, method.points.len() - 1)),
-        times(method.equal_error(base)),
+        method.equal_error(base).map_or(String::new(), |sooner| sooner.to_string()),
     ))
 }
 
@@ -85,7 +85,7 @@ mod tests {
             "{}",
             rows[0]
         );
-        assert!(rows[1].ends_with("| 5.0× | 5.0× |"), "{}", rows[1]);
+        assert!(rows[1].ends_with("| 5.0× | ≥ 4.0× |"), "{}", rows[1]);
         let columns = |line: &str| line.matches('|').count();
         assert!(rows.iter().all(|row| columns(row) == columns(HEAD[0]) && columns(row) == columns(HEAD[1])));
         let study = Study { version: String::new(), command: String::new(), machine: String::new(), scenes: vec![scene] };
