@@ -175,3 +175,18 @@ fn what_is_missing_or_does_not_fit_is_named() {
     assert_code(&run(&["reconstruct", text(&at("all.exr")), "-o", text(&out)]), 0);
     assert!(worst(&read(&out), &image) < 1e-4);
 }
+
+#[test]
+fn what_needs_two_halves_is_refused_and_nothing_takes_its_place() {
+    let (folder, _) = folder();
+    let at = |name: &str| folder.path().join(name);
+    for (name, image) in ["wall-primal.exr", "wall-dx.exr", "wall-dy.exr"].into_iter().zip(picture()) {
+        write(&at(name), &image, vec![]);
+    }
+    for kind in ["nfor", "regularised", "auto"] {
+        let output = run(&["reconstruct", text(&at("wall")), "-o", text(&at("out.exr")), "--reconstruction", kind]);
+        assert_code(&output, 2);
+        assert!(stderr(&output).contains("expected one of none, l2, weighted-l2"), "{}", stderr(&output));
+        assert!(!at("out.exr").exists());
+    }
+}

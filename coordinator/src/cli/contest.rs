@@ -109,7 +109,9 @@ impl Contest<'_> {
                     let samples = samples(*speed, *budget);
                     let rendered = self.render(*entrant, samples, *seed, &format!("{budget} s, seed {seed}")).await?;
                     let run = measured(&rendered, &reference, samples, *seed)?;
-                    method.points.iter_mut().rev().take(1).for_each(|point| point.runs.push(run));
+                    if let Some(point) = method.points.last_mut() {
+                        point.runs.push(run);
+                    }
                     if Some(budget) == self.budgets.last() && Some(seed) == self.seeds.first() {
                         images.push((entrant.name(), rendered.image));
                     }
@@ -154,7 +156,9 @@ impl Contest<'_> {
         match entrant {
             Entrant::Method(method) => self.render_here(method, samples, seed, what).await,
             Entrant::Peer(mitsuba) => {
-                let (image, tracing) = mitsuba.render(self.path, samples, seed, self.size)?;
+                let (mitsuba, scene, size) = (mitsuba.clone(), self.path.to_path_buf(), self.size);
+                let work = tokio::task::spawn_blocking(move || mitsuba.render(&scene, samples, seed, size));
+                let (image, tracing) = work.await.map_err(|fault| Error::Failed(fault.to_string()))??;
                 Ok(Rendered { image, cost: Cost { tracing, fixed: 0.0 }, told: None })
             }
         }

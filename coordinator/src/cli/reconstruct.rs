@@ -14,6 +14,7 @@ use super::error::Error;
 use super::files::Target;
 use super::measured::{Measured, Places};
 use super::terminal;
+use crate::oidn;
 use crate::request;
 
 /// Arguments of `gradfarm reconstruct`.
@@ -70,9 +71,10 @@ pub(super) struct Reconstruct {
     json: bool,
 }
 
-/// Any but the choice among them, for which there must be halves.
+/// Any that goes without a second, independent half: files hold one.
 fn kind(name: &str) -> Result<ReconstructionKind, String> {
-    let all: Vec<ReconstructionKind> = ReconstructionKind::ALL.into_iter().filter(|kind| *kind != ReconstructionKind::Auto).collect();
+    let alone = |kind: &ReconstructionKind| *kind != ReconstructionKind::Auto && !kind.needs_halves();
+    let all: Vec<ReconstructionKind> = ReconstructionKind::ALL.into_iter().filter(alone).collect();
     let known: Vec<&str> = all.iter().map(|kind| kind.name()).collect();
     by_name(&all, ReconstructionKind::name, name).ok_or_else(|| format!("expected one of {}", known.join(", ")))
 }
@@ -85,6 +87,7 @@ impl Reconstruct {
     /// Reads the measurements, solves, writes the image and tells how it went.
     pub(super) fn run(&self) -> Result<(), Error> {
         let output = Target::check_image(&self.output)?;
+        oidn::check(self.reconstruction).map_err(Error::Usage)?;
         let measured = self.places()?.read()?;
         for note in &measured.notes {
             terminal::warn(note);

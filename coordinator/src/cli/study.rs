@@ -80,8 +80,7 @@ pub(super) struct Study {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|seconds| *seconds > 0.0 && seconds.is_finite());
-    number.ok_or_else(|| "expected a number of seconds above 0".to_owned())
+    request::check_seconds(text.parse().unwrap_or(f64::NAN))
 }
 
 fn technique(text: &str) -> Result<Technique, String> {
@@ -146,25 +145,18 @@ impl Study {
 
     /// Everything that is compared, path tracing first.
     fn compared(&self) -> Result<Vec<Method>, Error> {
-        let mut methods = vec![Method::path_tracing()];
-        let pairs: Vec<Method> = self
-            .techniques
-            .iter()
-            .flat_map(|technique| self.reconstructions.iter().map(|kind| (*technique, *kind)))
-            .filter(|(technique, kind)| technique.takes(*kind))
-            .map(|(technique, kind)| Method::pair(technique, kind))
-            .collect();
         if self.techniques.is_empty() != self.reconstructions.is_empty() {
             return Err(Error::Usage("--techniques and --reconstructions make pairs: name both or neither".to_owned()));
         }
-        let defaults = [ReconstructionKind::L2, ReconstructionKind::L1].map(|kind| Method::pair(Technique::Gpt, kind));
-        let named = self.methods.iter().cloned().chain(pairs);
-        let mut named: Vec<Method> = named.collect();
+        let all = self.techniques.iter().flat_map(|technique| self.reconstructions.iter().map(|kind| (*technique, *kind)));
+        let pairs = all.filter(|(technique, kind)| technique.takes(*kind)).map(|(technique, kind)| Method::pair(technique, kind));
+        let mut named: Vec<Method> = self.methods.iter().cloned().chain(pairs).collect();
         if named.is_empty() {
-            named.extend(defaults);
+            named.extend([ReconstructionKind::L2, ReconstructionKind::L1].map(|kind| Method::pair(Technique::Gpt, kind)));
         }
+        let mut methods = vec![Method::path_tracing()];
         for method in named {
-            if methods.iter().all(|known| known.to_string() != method.to_string()) && method.to_string() != "pt+none" {
+            if !methods.contains(&method) && method != Method::pair(Technique::Pt, ReconstructionKind::None) {
                 methods.push(method);
             }
         }

@@ -61,6 +61,13 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     in_range("samples per pixel", samples, MOST_SAMPLES, "samples")?;
     reasons.push(told);
     if samples == 1 {
+        if reconstruction.needs_halves() {
+            return Err(PlanError::Missing {
+                choice: format!("reconstruction {}", reconstruction.name()),
+                missing: "two halves, and one sample fills half A only".to_string(),
+                try_instead: "two samples or more".to_string(),
+            });
+        }
         reasons.push("one sample fills half A only: no error can be estimated from two halves".to_string());
     }
     let survival = request.shift_survival.unwrap_or(DEFAULT_SURVIVAL);
@@ -112,9 +119,8 @@ fn alpha(request: &Request, reconstruction: ReconstructionKind, reasons: &mut Ve
             Err(PlanError::OutOfRange { what: "α", found: alpha.to_string(), expected: "a finite number > 0".to_string() })
         }
         None if reconstruction != ReconstructionKind::None => {
-            reasons.push(
-                "the primal counts as much against differences as the measured noise of both calls for: no alpha is asked for".to_string(),
-            );
+            reasons
+                .push("no alpha is asked for: the reconstruction weighs the primal in its own way, most by the measured noise".to_string());
             Ok(None)
         }
         alpha => Ok(alpha),
@@ -297,6 +303,15 @@ mod tests {
 
     fn says(plan: &Plan, part: &str) -> bool {
         plan.reasons.iter().any(|reason| reason.contains(part))
+    }
+
+    #[test]
+    fn one_sample_is_no_two_halves() {
+        let asked = |kind, samples| Request { reconstruction: Some(kind), samples: Some(samples), ..Request::default() };
+        let fault = resolve(&scene("", ""), &asked(ReconstructionKind::Nfor, 1)).unwrap_err().to_string();
+        assert!(fault.contains("reconstruction nfor needs two halves") && fault.contains("two samples or more"), "{fault}");
+        assert!(resolve(&scene("", ""), &asked(ReconstructionKind::Nfor, 2)).is_ok());
+        assert!(resolve(&scene("", ""), &asked(ReconstructionKind::L2, 1)).is_ok());
     }
 
     #[test]

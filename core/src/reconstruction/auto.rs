@@ -53,9 +53,9 @@ pub(super) fn choose(film: &Film, alpha: Option<f32>) -> Result<Reconstructed, R
     Ok(best)
 }
 
-/// The estimate to choose by. That of a squared bias may fall below zero; nothing is chosen for such luck.
+/// The estimate to choose by.
 fn relmse(done: &Reconstructed) -> Option<f64> {
-    done.error.as_ref().map(|error| error.relmse - error.bias.min(0.0)).filter(|error| error.is_finite())
+    done.error.as_ref().map(|error| error.relmse).filter(|error| error.is_finite())
 }
 
 fn handicap(kind: ReconstructionKind) -> f64 {

@@ -1,8 +1,8 @@
 //! A denoiser from outside this crate, fed what it can digest.
 
-use super::nfor::unbiased;
 use super::shrink::drawn;
-use super::{Measurements, Reconstruct, ReconstructError, SolveReport};
+use super::together::{Together, unbiased};
+use super::{Measurements, ReconstructError, ReconstructionKind, SolveReport};
 use crate::film::Image;
 use std::sync::OnceLock;
 
@@ -39,35 +39,23 @@ pub fn denoiser() -> Option<&'static dyn Denoise> {
 /// image that the result is drawn towards.
 pub(super) struct Oidn;
 
-impl Reconstruct for Oidn {
-    fn joins_halves(&self) -> bool {
-        true
-    }
+impl Together for Oidn {
+    const KIND: ReconstructionKind = ReconstructionKind::Oidn;
 
-    fn is_unbiased(&self) -> bool {
-        false
-    }
-
-    fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
-        match other {
-            Some(other) => {
-                let [done, _] = self.solve_halves([own, other], [alpha; 2])?;
-                Ok(done)
-            }
-            None => Ok((denoised(own, own.primal)?, SolveReport::default())),
-        }
-    }
-
-    fn solve_halves(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+    fn solve_both(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
         let [(a, report_a), (b, report_b)] = unbiased(halves, alphas)?;
         let smooth = [denoised(halves[0], halves[0].primal)?, denoised(halves[1], halves[1].primal)?];
         let [a, b] = drawn([a, b], &smooth);
         Ok([(a, report_a), (b, report_b)])
     }
+
+    fn solve_alone(&self, own: &Measurements) -> Result<Image, ReconstructError> {
+        denoised(own, own.primal)
+    }
 }
 
 fn denoised(m: &Measurements, colour: &Image) -> Result<Image, ReconstructError> {
     let denoiser = denoiser().ok_or(ReconstructError::NoDenoiser)?;
-    let features = m.features.ok_or(ReconstructError::NoFeatures { wanted: "oidn" })?;
+    let features = m.features.ok_or(ReconstructError::NoFeatures { wanted: ReconstructionKind::Oidn.name() })?;
     denoiser.denoise(colour, &features.albedo, &features.normal).map_err(|fault| ReconstructError::Denoiser { fault })
 }

@@ -26,6 +26,7 @@ mod smooth;
 mod solver;
 mod sparse;
 mod stencil;
+mod together;
 mod variances;
 mod weighted;
 
@@ -100,6 +101,11 @@ impl ReconstructionKind {
         method(self).is_some_and(|method| method.is_unbiased())
     }
 
+    /// Whether it is nothing without two independent halves.
+    pub fn needs_halves(self) -> bool {
+        matches!(self, ReconstructionKind::Nfor | ReconstructionKind::Regularised)
+    }
+
     /// Whether the same film gives the same bits on every machine.
     pub fn is_reproducible(self) -> bool {
         self != ReconstructionKind::Oidn
@@ -169,6 +175,12 @@ pub enum ReconstructError {
         /// The reconstruction's name.
         wanted: &'static str,
     },
+    /// There is one set of measurements where two independent ones are needed.
+    #[error("reconstruction `{wanted}` tells noise from picture by two halves, and there is one: use `l2` or `l1`")]
+    NoHalves {
+        /// The reconstruction's name.
+        wanted: &'static str,
+    },
     /// The measurements come without variances.
     #[error("reconstruction `{wanted}` needs variances, and there are none: use `cv` or `l2`")]
     NoVariances {
@@ -232,7 +244,7 @@ pub trait Reconstruct: Send + Sync {
     /// weights that follow from it are independent of what they weigh.
     ///
     /// # Errors
-    /// If it needs links, variances or features and there are none, or an iterative solve diverges.
+    /// If it needs links, variances, features or the other half and there is none, or an iterative solve diverges.
     fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError>;
 
     /// Solves for the images of both halves, which some methods do in one go; each has its own weight of the primal.
@@ -340,10 +352,9 @@ pub fn reconstruct(film: &Film, kind: ReconstructionKind, alpha: impl Into<Optio
 }
 
 /// Solves for the image of measurements that stand alone, such as another renderer's. Without `alpha` their noise decides, where it is known.
-/// For `auto` that is least squares: there are no halves to choose by.
 ///
 /// # Errors
-/// If `alpha` is not usable, planes hold values that are not finite, variances or links are needed and missing, or the solve fails.
+/// If `kind` needs halves, which `auto` does to choose by, `alpha` is not usable, planes hold values that are not finite, variances or links are needed and missing, or the solve fails.
 pub fn solve(m: &Measurements, kind: ReconstructionKind, alpha: Option<f32>) -> Result<(Image, SolveReport), ReconstructError> {
     if let Some(found) = alpha.filter(|alpha| !(*alpha > 0.0 && alpha.is_finite())) {
         return Err(ReconstructError::Alpha { found });
@@ -352,7 +363,7 @@ pub fn solve(m: &Measurements, kind: ReconstructionKind, alpha: Option<f32>) -> 
     if let Some(variance) = &m.variance {
         check_finite(&[("variance of the primal", variance.primal), ("variance of dx", variance.dx), ("variance of dy", variance.dy)])?;
     }
-    let method = method(kind).unwrap_or(&l2::L2);
+    let method = method(kind).ok_or(ReconstructError::NoHalves { wanted: kind.name() })?;
     let alpha = alpha.unwrap_or_else(|| method.alpha(m));
     let (image, report) = method.solve(m, None, alpha)?;
     Ok((image, SolveReport { alpha, ..report }))

@@ -14,9 +14,10 @@
 //! There each patch is held to its own fit inside of the solve; here the fit comes first, which leaves the solve a transform.
 
 use super::l2::L2;
-use super::nfor::{Nfor, unbiased};
+use super::nfor::Nfor;
 use super::smooth::smoothed;
-use super::{Measurements, Reconstruct, ReconstructError, SolveReport};
+use super::together::{Together, unbiased};
+use super::{Measurements, Reconstruct, ReconstructError, ReconstructionKind, SolveReport};
 use crate::film::Image;
 
 /// The reconstruction.
@@ -31,29 +32,12 @@ const CHOICES: usize = 3;
 /// Squared brightness below which errors are not taken relatively any more, over the squared mean.
 const DARK: f64 = 1e-2;
 
-impl Reconstruct for Regularised {
-    fn joins_halves(&self) -> bool {
-        true
-    }
+impl Together for Regularised {
+    const KIND: ReconstructionKind = ReconstructionKind::Regularised;
 
-    fn is_unbiased(&self) -> bool {
-        false
-    }
-
-    fn solve(&self, own: &Measurements, other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
-        match other {
-            Some(other) => {
-                let [done, _] = self.solve_halves([own, other], [alpha; 2])?;
-                Ok(done)
-            }
-            // One half alone tells no error.
-            None => L2.solve(own, None, alpha),
-        }
-    }
-
-    fn solve_halves(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
+    fn solve_both(&self, halves: [&Measurements; 2], alphas: [f32; 2]) -> Result<[(Image, SolveReport); 2], ReconstructError> {
         let [(ua, report_a), (ub, report_b)] = unbiased(halves, alphas)?;
-        let [(fa, _), (fb, _)] = Nfor.solve_halves(halves, alphas)?;
+        let [(fa, _), (fb, _)] = Nfor.solve_both(halves, alphas)?;
         let mut sets = vec![[ua, ub]];
         for strength in STRENGTHS {
             let held = |half: &Measurements, prediction: &Image| {

@@ -63,4 +63,24 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn smoothing_keeps_constants_and_spreads_one_value_over_its_window() {
+        const RADIUS: usize = 3;
+        for (w, h) in [(1, 1), (1, 9), (5, 2), (12, 10)] {
+            let plane = vec![2.5; w * h];
+            let plane = smoothed(&plane, w, h, RADIUS);
+            assert!(plane.iter().all(|v| (v - 2.5).abs() < 1e-5));
+        }
+        let (w, h) = (20, 20);
+        let mut plane = vec![0.0; w * h];
+        plane[10 * w + 10] = 49.0;
+        let plane = smoothed(&plane, w, h, RADIUS);
+        for y in 0..h {
+            for x in 0..w {
+                let inside = x.abs_diff(10) <= RADIUS && y.abs_diff(10) <= RADIUS;
+                assert!((plane[y * w + x] - if inside { 1.0 } else { 0.0 }).abs() < 1e-5);
+            }
+        }
+    }
 }

@@ -426,4 +426,11 @@ fn missing_parts_are_named() {
     let one = reconstruct(&film([1, 0], true), ReconstructionKind::L2, 0.2).unwrap();
     assert!(one.error.is_none() && one.halves.is_none());
     assert!(reconstruct(&film([2, 2], false), ReconstructionKind::None, 0.2).is_ok());
+    // One half alone does not tell noise from picture, and nothing else takes its place.
+    for kind in [ReconstructionKind::Nfor, ReconstructionKind::Regularised] {
+        assert!(kind.needs_halves() && wanted(reconstruct(&film([1, 0], true), kind, 0.2)).contains("by two halves"));
+    }
+    let image = film([1, 0], true).halves[0].primal.clone();
+    let alone = |kind| solve(&Measurements::new(&image, &image, &image), kind, None).unwrap_err().to_string();
+    assert!(alone(ReconstructionKind::Auto).contains("`auto`") && alone(ReconstructionKind::Nfor).contains("`nfor`"));
 }

@@ -2,6 +2,7 @@
 
 use super::Variance;
 use super::normal::Weights;
+use super::smooth::smoothed;
 use rayon::prelude::*;
 
 /// Variances per pixel of the primal and of its differences to the next column and row, each with a floor already added.
@@ -37,7 +38,7 @@ impl Variances {
         let floors = planes.each_ref().map(|plane: &Vec<f32>| FLOOR * mean_deviation(plane).powi(2));
         let largest = floors.into_iter().fold(0.0, f64::max);
         for (plane, floor) in planes.iter_mut().zip(floors) {
-            smooth(plane, width, height);
+            *plane = smoothed(plane, width, height, RADIUS);
             let floor = if largest > 0.0 { floor.max(LEAST * largest).max(f64::from(f32::MIN_POSITIVE)) } else { 1.0 };
             plane.par_iter_mut().for_each(|v| *v = (f64::from(v.max(0.0)) + floor).min(f64::from(f32::MAX)) as f32);
         }
@@ -64,52 +65,11 @@ fn mean_deviation(variances: &[f32]) -> f64 {
     variances.iter().map(|v| f64::from(v.max(0.0)).sqrt()).sum::<f64>() / variances.len().max(1) as f64
 }
 
-/// Means over the pixels of a square window that there are.
-fn smooth(plane: &mut [f32], width: usize, height: usize) {
-    let window = |at: usize, size: usize| at.saturating_sub(RADIUS)..(at + RADIUS + 1).min(size);
-    let rows = plane.to_vec();
-    plane.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        // Down the columns first, then along the row.
-        let lines = window(y, height);
-        let share = 1.0 / lines.len() as f32;
-        let mut sums = vec![0.0f32; width];
-        for line in lines {
-            for (sum, v) in sums.iter_mut().zip(&rows[line * width..(line + 1) * width]) {
-                *sum += share * v;
-            }
-        }
-        for (x, v) in row.iter_mut().enumerate() {
-            let columns = window(x, width);
-            let share = 1.0 / columns.len() as f32;
-            *v = share * sums[columns].iter().sum::<f32>();
-        }
-    });
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::film::Image;
     use crate::lattice::Extent;
-
-    #[test]
-    fn smoothing_keeps_constants_and_spreads_one_value_over_its_window() {
-        for (w, h) in [(1, 1), (1, 9), (5, 2), (12, 10)] {
-            let mut plane = vec![2.5; w * h];
-            smooth(&mut plane, w, h);
-            assert!(plane.iter().all(|v| (v - 2.5).abs() < 1e-5));
-        }
-        let (w, h) = (20, 20);
-        let mut plane = vec![0.0; w * h];
-        plane[10 * w + 10] = 49.0;
-        smooth(&mut plane, w, h);
-        for y in 0..h {
-            for x in 0..w {
-                let inside = x.abs_diff(10) <= RADIUS && y.abs_diff(10) <= RADIUS;
-                assert!((plane[y * w + x] - if inside { 1.0 } else { 0.0 }).abs() < 1e-5);
-            }
-        }
-    }
 
     #[test]
     fn weights_do_not_depend_on_exposure_and_stay_in_bounds() {
