@@ -13,6 +13,9 @@ use rayon::prelude::*;
 
 /// How far products of Jacobians and sums of weights may be from 1: what rounding does to nearly all paths is far below.
 const TOLERANCE: f64 = 1e-2;
+/// How far a vertex may come back from its place, over the scene's radius [1]. Each glossy bounce off a curved thing multiplies the
+/// rounding of the one before it by about ten, so that a few chains of eight such bounces come back farther.
+const PLACE: f64 = 1e-3;
 
 /// Which base paths are drawn.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +45,10 @@ pub struct Tally {
     pub apart: usize,
     /// Those whose weights in both directions do not add up to 1.
     pub uneven: usize,
+    /// Those of which a vertex came back too far from its place.
+    pub strayed: usize,
     /// Farthest that a vertex came back from its place, over the scene's radius [1].
-    pub strayed: f64,
+    pub farthest: f64,
 }
 
 impl Tally {
@@ -56,13 +61,14 @@ impl Tally {
             lost: self.lost + other.lost,
             apart: self.apart + other.apart,
             uneven: self.uneven + other.uneven,
-            strayed: self.strayed.max(other.strayed),
+            strayed: self.strayed + other.strayed,
+            farthest: self.farthest.max(other.farthest),
         }
     }
 
     /// Largest share of shifts that breaks a law [1].
     pub fn broken(&self) -> f64 {
-        self.lost.max(self.apart).max(self.uneven) as f64 / self.there.max(1) as f64
+        self.lost.max(self.apart).max(self.uneven).max(self.strayed) as f64 / self.there.max(1) as f64
     }
 }
 
@@ -120,7 +126,8 @@ fn there_and_back(scene: &Scene, shift: &dyn ShiftMap, base: &Subpath, here: &Ra
         return tally;
     }
     let apart = back.vertices.iter().zip(&base.vertices).map(|(a, b)| a.position.distance(b.position));
-    tally.strayed = f64::from(apart.fold(0.0, f32::max) / scene.world.bounds().radius());
+    tally.farthest = f64::from(apart.fold(0.0, f32::max) / scene.world.bounds().radius());
+    tally.strayed = usize::from(tally.farthest > PLACE);
     let product: f64 = offset.steps.iter().chain(&back.steps).map(|step| step.jacobian).product();
     tally.apart = usize::from((product - 1.0).abs() > TOLERANCE);
     if let Some(again) = self::image(scene, &image, &back)
