@@ -57,7 +57,7 @@ fn film(extent: Extent) -> Film {
         graph: None,
     };
     let features = Features { albedo: rgb.clone(), normal: rgb, depth: grey };
-    Film { extent, halves: [half, empty], counts: None, features, statistics: Statistics::default() }
+    Film { extent, halves: [half, empty], counts: None, motion: None, features, statistics: Statistics::default() }
 }
 
 /// The differences within a field of the chequered wall, as links to direct neighbours.

@@ -5,7 +5,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use gradfarm_core::lattice::Extent;
+use gradfarm_core::lattice::{Extent, Moment};
 use gradfarm_core::material::{Bsdf, Material, Textured};
 use gradfarm_core::plan::{self, Plan, Request, Technique, WorkUnit};
 use gradfarm_core::render::render_unit;
@@ -50,7 +50,7 @@ fn switches(criterion: &mut Criterion) {
         let request = Request { technique: Some(technique), samples: Some(Plan::BATCH), ..Request::default() };
         let plan = plan::resolve(&description, &request).unwrap();
         let tile = Extent { width: 32, height: 32 }.tiles(32)[0];
-        let unit = WorkUnit { frame: 0, tile, samples: plan.sample_ranges()[0] };
+        let unit = WorkUnit { moment: Moment::of(0), tile, samples: plan.sample_ranges()[0] };
         let mut group = criterion.benchmark_group(format!("switches/{}", technique.name()));
         group.sample_size(20).throughput(Throughput::Elements(u64::from(Plan::BATCH) * 32 * 32));
         for (name, scene) in [("as planned", &clear), ("media and holes on", &through), ("textures on", &looked_up)] {

@@ -131,6 +131,32 @@ impl Half {
     }
 }
 
+/// A run of frames that show the same scene: it is rendered once.
+///
+/// Its halves have keys of their own: half B of a moment and half A of the next one share theirs, and with it all random numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Moment {
+    /// Its first frame.
+    pub first: u32,
+    /// The frame after its last.
+    pub end: u32,
+}
+
+impl Moment {
+    /// A single frame.
+    pub fn of(frame: u32) -> Moment {
+        Moment { first: frame, end: frame.wrapping_add(1) }
+    }
+
+    /// The part of every random number's key that stands for time.
+    pub fn key(self, half: Half) -> u32 {
+        match half {
+            Half::A => self.first,
+            Half::B => self.end,
+        }
+    }
+}
+
 /// A dimension of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Axis {

@@ -5,6 +5,8 @@ mod passes;
 mod resolve;
 mod stop;
 mod switched;
+mod temporal;
+mod timeline;
 
 pub use crate::accuracy::Stop;
 pub use crate::reconstruction::ReconstructionKind;
@@ -12,10 +14,11 @@ pub use crate::shift::ShiftKind;
 pub use guide::{Guide, TileGuide};
 pub use passes::{Pass, Slice};
 pub use resolve::{PlanError, resolve};
+pub use timeline::{Temporal, Timeline};
 
 use crate::effects::Effect;
 use crate::film::PlaneKind;
-use crate::lattice::{Extent, Half, Offset, SampleRange, Tile};
+use crate::lattice::{Extent, Half, Moment, Offset, SampleRange, Tile};
 
 /// A plan never asks for more links than films have room for.
 const _: () = assert!(crate::scene::limits::LINKS == PlaneKind::SLOTS as u32);
@@ -121,6 +124,18 @@ pub struct Request {
     pub rounds: Option<u32>,
     /// When a frame stops before it has all its samples.
     pub stop: Stop,
+    /// How many frames are asked for; 0 counts as one.
+    pub frames: u32,
+    /// When frames of an animated scene are, and how they are exposed; `None` for the default.
+    pub timeline: Option<Timeline>,
+    /// Whether frames are reconstructed together, or `None` for `auto`.
+    pub temporal: Option<bool>,
+    /// Moments of a window, or `None` for the default.
+    pub window: Option<u32>,
+    /// Moments from window to window, or `None` for the default.
+    pub stride: Option<u32>,
+    /// Whether temporal differences follow what moves, or `None` for the default.
+    pub motion: Option<bool>,
 }
 
 /// Everything that the bits of a frame depend on besides the scene. Two equal plans over equal scenes give equal images.
@@ -161,6 +176,10 @@ pub struct Plan {
     pub rounds: u32,
     /// When a frame stops before it has all its samples.
     pub stop: Stop,
+    /// When frames are, where the scene is animated.
+    pub timeline: Option<Timeline>,
+    /// How moments are reconstructed together, if they are.
+    pub temporal: Option<Temporal>,
     /// Why each choice was made, for people.
     pub reasons: Vec<String>,
 }
@@ -178,6 +197,9 @@ impl Plan {
         });
         if self.technique == Technique::Graph {
             layout.extend(PlaneKind::links(self.links.min(u32::from(PlaneKind::SLOTS)) as u8));
+        }
+        if self.temporal.is_some_and(|temporal| temporal.motion) {
+            layout.push(PlaneKind::Motion);
         }
         if self.rounds > 1 {
             layout.extend(Half::ALL.map(PlaneKind::Count));
@@ -199,8 +221,8 @@ impl Plan {
 /// A unit of work: the pure function [`render_unit`](crate::render::render_unit) maps it to a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WorkUnit {
-    /// Frame number; part of every random number's key.
-    pub frame: u32,
+    /// Which frames it is for.
+    pub moment: Moment,
     /// Pixels.
     pub tile: Tile,
     /// Samples of each pixel.

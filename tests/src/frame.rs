@@ -1,7 +1,7 @@
 //! A whole frame from the core alone: every pass of the plan over every tile, rendered and folded as the farm would.
 
 use gradfarm_core::film::{Film, FilmBlock, FoldError, FrameFold, Noise, TileFold};
-use gradfarm_core::lattice::Tile;
+use gradfarm_core::lattice::{Moment, Tile};
 use gradfarm_core::plan::{Guide, Pass, Plan, WorkUnit};
 use gradfarm_core::render::{render_guided, render_unit};
 use gradfarm_core::scene::Scene;
@@ -45,7 +45,7 @@ pub fn render_steered(scene: &Scene, plan: &Plan, edge: u32, steer: impl Fn([Noi
 }
 
 fn block(scene: &Scene, plan: &Plan, tile: Tile, pass: &Pass, guides: &[Guide]) -> FilmBlock {
-    let unit = WorkUnit { frame: 0, tile, samples: pass.samples };
+    let unit = WorkUnit { moment: Moment::of(0), tile, samples: pass.samples };
     match pass.slice.and_then(|slice| Guide::of_tile(guides, &slice, tile)) {
         Some(guide) => render_guided(scene, plan, &unit, &guide),
         None => render_unit(scene, plan, &unit),

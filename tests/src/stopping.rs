@@ -2,7 +2,7 @@
 
 use gradfarm_core::accuracy::{Estimate, Point, Reason, Verdict, first_check, verdict};
 use gradfarm_core::film::{FoldError, FrameFold, TileFold};
-use gradfarm_core::lattice::Tile;
+use gradfarm_core::lattice::{Moment, Tile};
 use gradfarm_core::metrics::rel_mse;
 use gradfarm_core::plan::{Plan, WorkUnit};
 use gradfarm_core::reconstruction::{ReconstructError, Reconstructed, reconstruct};
@@ -59,7 +59,7 @@ impl<'a> Growing<'a> {
         let passes = self.plan.sample_ranges();
         for pass in passes.iter().filter(|pass| pass.first >= self.samples && pass.end() <= samples) {
             let render = |(fold, tile): (&mut TileFold, &Tile)| {
-                fold.add(&render_unit(self.scene, self.plan, &WorkUnit { frame: 0, tile: *tile, samples: *pass }))
+                fold.add(&render_unit(self.scene, self.plan, &WorkUnit { moment: Moment::of(0), tile: *tile, samples: *pass }))
             };
             self.folds.par_iter_mut().zip(&self.tiles).try_for_each(render).map_err(Fault::Fold)?;
         }

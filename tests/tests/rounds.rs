@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use gradfarm_core::film::{Film, FrameFold, Noise, TileFold};
-use gradfarm_core::lattice::Extent;
+use gradfarm_core::lattice::{Extent, Moment};
 use gradfarm_core::plan::{Plan, Request, Technique, WorkUnit};
 use gradfarm_core::render::render_unit;
 use gradfarm_tests::frame::{render, render_steered};
@@ -128,7 +128,7 @@ fn one_round_is_the_even_film() {
     for tile in plan.extent.tiles(8) {
         let mut fold = TileFold::new(tile, &layout);
         for samples in plan.sample_ranges() {
-            fold.add(&render_unit(&scene, &plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+            fold.add(&render_unit(&scene, &plan, &WorkUnit { moment: Moment::of(0), tile, samples })).unwrap();
         }
         frame.place(&fold).unwrap();
     }

@@ -218,6 +218,7 @@ impl JobOptions {
                 seconds: read("seconds", self.seconds, request::check_seconds)?,
                 curve: self.curve.unwrap_or(false),
             },
+            ..Request::default()
         })
     }
 
@@ -270,6 +271,7 @@ mod tests {
             links: Some(5),
             rounds: Some(2),
             stop: Stop { error: Some(0.01), seconds: Some(7.5), curve: true },
+            ..Request::default()
         };
         assert_eq!(JobOptions::of(&asked).request().unwrap(), asked);
         assert_eq!(JobOptions::default().request().unwrap(), Request::default());

@@ -82,6 +82,7 @@ impl RenderOptions {
             links: self.links,
             rounds: self.rounds,
             stop: Stop { error: self.error, seconds: self.seconds, curve: self.curve },
+            ..Request::default()
         }
     }
 }
@@ -169,6 +170,7 @@ mod tests {
             links: Some(4),
             rounds: Some(3),
             stop: Stop { error: Some(1e-3), seconds: Some(2.5), curve: true },
+            ..Request::default()
         };
         assert_eq!(parse(&[&words[..], &more].concat()).unwrap(), expected);
     }

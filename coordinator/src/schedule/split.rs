@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gradfarm_core::lattice::Tile;
+use gradfarm_core::lattice::{Moment, Tile};
 use gradfarm_core::plan::{Pass, Plan, WorkUnit};
 
 /// The units of a job.
@@ -136,7 +136,7 @@ impl Split {
     pub fn work(&self, unit: u32) -> WorkUnit {
         let place = self.place(unit);
         WorkUnit {
-            frame: self.first_frame + place.frame,
+            moment: Moment::of(self.first_frame + place.frame),
             tile: self.tiles[place.tile as usize],
             samples: self.passes[place.pass as usize].samples,
         }
@@ -176,6 +176,8 @@ pub(crate) mod tests {
             links: 8,
             rounds: 1,
             stop: Stop::default(),
+            timeline: None,
+            temporal: None,
             reasons: vec!["made for a test".into()],
         }
     }
@@ -194,7 +196,7 @@ pub(crate) mod tests {
                 total += split.samples(unit);
                 for y in work.tile.y..work.tile.y + work.tile.height {
                     for x in work.tile.x..work.tile.x + work.tile.width {
-                        let pixel = &mut seen[(((work.frame - 5) * height + y) * width + x) as usize];
+                        let pixel = &mut seen[(((work.moment.first - 5) * height + y) * width + x) as usize];
                         prop_assert_eq!(*pixel, work.samples.first, "ranges come in order");
                         *pixel = work.samples.end();
                     }

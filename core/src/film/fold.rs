@@ -68,6 +68,8 @@ pub struct TileFold {
     layout: Vec<PlaneKind>,
     sums: Vec<Vec<f64>>,
     samples: u32,
+    /// Where the next block starts.
+    due: u32,
     statistics: Statistics,
 }
 
@@ -75,7 +77,7 @@ impl TileFold {
     /// An empty fold for a tile and the planes of a plan.
     pub fn new(tile: Tile, layout: &[PlaneKind]) -> Self {
         let sums = layout.iter().map(|kind| vec![0.0; tile.pixels() * kind.channels()]).collect();
-        Self { tile, layout: layout.to_vec(), sums, samples: 0, statistics: Statistics::default() }
+        Self { tile, layout: layout.to_vec(), sums, samples: 0, due: 0, statistics: Statistics::default() }
     }
 
     /// Adds the next block.
@@ -86,8 +88,8 @@ impl TileFold {
         if block.tile != self.tile {
             return Err(FoldError::Tile { expected: self.tile, found: block.tile });
         }
-        if block.samples.first != self.samples {
-            return Err(FoldError::Order { expected: self.samples, found: block.samples.first });
+        if block.samples.first != self.due {
+            return Err(FoldError::Order { expected: self.due, found: block.samples.first });
         }
         block.check(&self.layout)?;
         for (sums, (_, values)) in self.sums.iter_mut().zip(&block.planes) {
@@ -96,8 +98,15 @@ impl TileFold {
             }
         }
         self.samples += block.samples.count;
+        self.due += block.samples.count;
         self.statistics.merge(&block.statistics);
         Ok(())
+    }
+
+    /// Leaves out the samples that come next. Sums that leave some out are a copy of the tile by itself; its halves keep their equal
+    /// shares if every run, left out or not, has an even number of samples.
+    pub fn skip(&mut self, samples: SampleRange) {
+        self.due = samples.end();
     }
 
     /// Where it lies.
@@ -130,7 +139,7 @@ impl TileFold {
             | PlaneKind::GradientSquared(h, _)
             | PlaneKind::LinkGradient(h, _)
             | PlaneKind::LinkGradientSquared(h, _) => of(h),
-            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth | PlaneKind::Link(_) => of(Half::A) + of(Half::B),
+            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth | PlaneKind::Motion | PlaneKind::Link(_) => of(Half::A) + of(Half::B),
             PlaneKind::Count(_) => 1.0,
         }
     }
@@ -214,9 +223,15 @@ impl FrameFold {
         for (half, graph) in halves.iter_mut().zip(&mut graphs) {
             half.graph = graph.take();
         }
+        // Sums of whole numbers, divided: they are whole again.
+        let motion = self.layout.contains(&PlaneKind::Motion).then(|| {
+            let mut motion = self.take(PlaneKind::Motion);
+            motion.data_mut().iter_mut().for_each(|value| *value = value.round());
+            motion
+        });
         let features =
             Features { albedo: self.take(PlaneKind::Albedo), normal: self.take(PlaneKind::Normal), depth: self.take(PlaneKind::Depth) };
-        Ok(Film { extent: self.extent, halves, counts, features, statistics: self.statistics })
+        Ok(Film { extent: self.extent, halves, counts, motion, features, statistics: self.statistics })
     }
 
     /// That every pixel was measured.
@@ -334,7 +349,7 @@ mod tests {
             | PlaneKind::LinkGradient(h, _)
             | PlaneKind::LinkGradientSquared(h, _)
             | PlaneKind::Count(h) => range.count_of(h),
-            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth | PlaneKind::Link(_) => range.count,
+            PlaneKind::Albedo | PlaneKind::Normal | PlaneKind::Depth | PlaneKind::Motion | PlaneKind::Link(_) => range.count,
         }
     }
 

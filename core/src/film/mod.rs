@@ -32,6 +32,9 @@ pub struct Film {
     pub halves: [HalfFilm; 2],
     /// Samples of each pixel, both halves together, where pixels differ in that. One channel.
     pub counts: Option<Image>,
+    /// Where each pixel's surface was in the moment before, where motion is followed: displacement (columns, rows) [pixels] to the pixel
+    /// that saw it there, and 1 where there is one. Three channels.
+    pub motion: Option<Image>,
     /// Features of the first surface.
     pub features: Features,
     /// Sum over all units.

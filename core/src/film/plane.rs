@@ -22,6 +22,9 @@ pub enum PlaneKind {
     Normal,
     /// Distance along the ray to the first surface; rays that escape add zero. One channel.
     Depth,
+    /// Where the pixel's surface was in the moment before: displacement (columns, rows) [pixels] to the pixel that saw it there, and 1 where
+    /// there is one; the same for every sample. Three channels.
+    Motion,
     /// Samples of this half that were summed, where their number differs from pixel to pixel. One channel.
     Count(Half),
     /// Displacement of the pixel's link in this slot (columns, rows) [pixels], the same for every sample; (0, 0) where the slot is empty. Two
@@ -55,6 +58,7 @@ impl PlaneKind {
             PlaneKind::Albedo => 6,
             PlaneKind::Normal => 7,
             PlaneKind::Depth => 8,
+            PlaneKind::Motion => 9,
             PlaneKind::Count(h) => 10 + h.index() as u32,
             PlaneKind::Gradient(h, o) => 16 + 4 * h.index() as u32 + o.index() as u32,
             PlaneKind::GradientSquared(h, o) => 24 + 4 * h.index() as u32 + o.index() as u32,
@@ -76,7 +80,7 @@ impl PlaneKind {
             [PlaneKind::Primal(h), PlaneKind::PrimalSquared(h), PlaneKind::Direct(h)].into_iter().chain(gradients)
         });
         let features = [PlaneKind::Albedo, PlaneKind::Normal, PlaneKind::Depth];
-        per_half.chain(features).chain(Half::ALL.map(PlaneKind::Count)).chain(Self::links(Self::SLOTS))
+        per_half.chain(features).chain([PlaneKind::Motion]).chain(Half::ALL.map(PlaneKind::Count)).chain(Self::links(Self::SLOTS))
     }
 
     /// The planes of the first slots for links.
@@ -90,7 +94,11 @@ impl PlaneKind {
     pub fn layout(gradients: bool) -> Vec<PlaneKind> {
         let listed = |kind: &PlaneKind| match kind {
             PlaneKind::Gradient(..) | PlaneKind::GradientSquared(..) => gradients,
-            PlaneKind::Count(_) | PlaneKind::Link(_) | PlaneKind::LinkGradient(..) | PlaneKind::LinkGradientSquared(..) => false,
+            PlaneKind::Motion
+            | PlaneKind::Count(_)
+            | PlaneKind::Link(_)
+            | PlaneKind::LinkGradient(..)
+            | PlaneKind::LinkGradientSquared(..) => false,
             _ => true,
         };
         Self::all().filter(listed).collect()
@@ -104,12 +112,12 @@ mod tests {
     #[test]
     fn codes_are_distinct_and_invertible() {
         let mut codes: Vec<u32> = PlaneKind::all().map(PlaneKind::code).collect();
-        assert_eq!(codes.len(), 107);
+        assert_eq!(codes.len(), 108);
         for kind in PlaneKind::all() {
             assert_eq!(PlaneKind::from_code(kind.code()), Some(kind));
         }
         codes.sort_unstable();
         codes.dedup();
-        assert_eq!(codes.len(), 107);
+        assert_eq!(codes.len(), 108);
     }
 }

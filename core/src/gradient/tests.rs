@@ -96,7 +96,7 @@ fn tiles_and_sample_ranges_do_not_change_a_pixel() {
         for tile in plan.extent.tiles(edge) {
             let mut fold = TileFold::new(tile, &layout);
             for samples in plan.sample_ranges() {
-                fold.add(&render_unit(&scene, &plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+                fold.add(&render_unit(&scene, &plan, &WorkUnit { moment: crate::lattice::Moment::of(0), tile, samples })).unwrap();
             }
             frame.place(&fold).unwrap();
         }

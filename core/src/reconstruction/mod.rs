@@ -106,6 +106,11 @@ impl ReconstructionKind {
         matches!(self, ReconstructionKind::Nfor | ReconstructionKind::Regularised)
     }
 
+    /// Whether it can solve windows of moments as a whole.
+    pub fn takes_windows(self) -> bool {
+        matches!(self, ReconstructionKind::None | ReconstructionKind::L2 | ReconstructionKind::WeightedL2 | ReconstructionKind::L1)
+    }
+
     /// Whether the same film gives the same bits on every machine.
     pub fn is_reproducible(self) -> bool {
         self != ReconstructionKind::Oidn

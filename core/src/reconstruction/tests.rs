@@ -398,7 +398,14 @@ pub(super) fn film(samples: [u32; 2], gradients: bool) -> Film {
         graph: None,
     };
     let features = Features { albedo: Image::new(extent, 3), normal: Image::new(extent, 3), depth: Image::new(extent, 1) };
-    Film { extent, halves: [half(10, samples[0]), half(20, samples[1])], counts: None, features, statistics: Statistics::default() }
+    Film {
+        extent,
+        halves: [half(10, samples[0]), half(20, samples[1])],
+        counts: None,
+        motion: None,
+        features,
+        statistics: Statistics::default(),
+    }
 }
 
 #[test]

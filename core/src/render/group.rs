@@ -10,6 +10,7 @@
 
 use super::outcome::{finite, tell};
 use super::pixel::PixelRenderer;
+use super::shutter::Shutter;
 use super::sums::{PixelSums, Planes};
 use crate::film::{Counter, FilmBlock, Statistics};
 use crate::gradient::Sharing;
@@ -22,18 +23,19 @@ use crate::spectrum::Spectrum;
 /// Renders every group that has pixels in the unit's tile, and keeps those pixels.
 ///
 /// A group counts for the statistics of the tile that has its first pixel, so that it counts once.
-pub(super) fn render(renderer: &PixelRenderer, unit: &WorkUnit, samples: impl Iterator<Item = (Half, u32)> + Clone) -> FilmBlock {
-    let (tile, edge) = (unit.tile, renderer.plan.grain());
-    let mut planes = Planes::new(tile, &renderer.plan.layout());
+pub(super) fn render(shutter: &Shutter, unit: &WorkUnit, samples: impl Iterator<Item = (Half, u32)> + Clone) -> FilmBlock {
+    let plan = shutter.first().plan;
+    let (tile, edge) = (unit.tile, plan.grain());
+    let mut planes = Planes::new(tile, &plan.layout());
     let mut statistics = Statistics::default();
     let mut scratch = Scratch::default();
     for y in (tile.y / edge * edge..tile.y + tile.height).step_by(edge as usize) {
         for x in (tile.x / edge * edge..tile.x + tile.width).step_by(edge as usize) {
-            let group = Group::new(x, y, edge, renderer.plan.extent);
+            let group = Group::new(x, y, edge, plan.extent);
             let mut counted = Statistics::default();
             scratch.prepare(&group);
             for sample in samples.clone() {
-                group.sample(renderer, sample, &mut scratch, &mut counted);
+                group.sample(shutter.at(sample), sample, &mut scratch, &mut counted);
             }
             if tile.contains(x, y) {
                 statistics.merge(&counted);

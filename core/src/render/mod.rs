@@ -1,7 +1,8 @@
 //! The pure function that the farm maps over units of work.
 //!
 //! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`, `graph`), `group` what groups of pixels
-//! measure together (`reuse`); `links` finds the similar pixels of `graph` by their `features`, `roulette` skips shifts of dark paths,
+//! measure together (`reuse`); `shutter` has one renderer for each
+//! instant of an open shutter, `links` finds the similar pixels of `graph` by their `features`, `roulette` skips shifts of dark paths,
 //! `sums` is what a pixel adds up, `outcome` what is counted.
 
 mod features;
@@ -10,6 +11,7 @@ mod links;
 mod outcome;
 mod pixel;
 mod roulette;
+mod shutter;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -17,38 +19,46 @@ mod tests;
 use crate::film::{FilmBlock, Statistics};
 use crate::lattice::Half;
 use crate::plan::{Plan, Technique, TileGuide, WorkUnit};
-use crate::scene::Scene;
+use crate::scene::Instants;
 use links::Links;
-use pixel::{PixelRenderer, Scratch};
+use pixel::Scratch;
+use shutter::Shutter;
 use sums::{LinkSums, PixelSums, Planes};
 
 /// Renders one unit: the samples `unit.samples` of each pixel of `unit.tile`.
 ///
+/// `scene` is a [`Scene`](crate::scene::Scene), or the [`Exposure`](crate::scene::Exposure) of the unit's moment.
+///
 /// Pure: the same scene, plan and unit give the same bits, so a retried unit is the same unit. The pixels of `unit.tile` must
 /// lie on the plan's film. Values that are not finite are counted and replaced by zero.
-pub fn render_unit(scene: &Scene, plan: &Plan, unit: &WorkUnit) -> FilmBlock {
+pub fn render_unit<'a>(scene: impl Into<Instants<'a>>, plan: &'a Plan, unit: &WorkUnit) -> FilmBlock {
     let samples = (unit.samples.first..unit.samples.end()).map(|sample| (Half::of_sample(sample), sample / 2));
     if plan.technique == Technique::Reuse {
-        return group::render(&PixelRenderer::new(scene, plan, unit.frame), unit, samples);
+        return group::render(&Shutter::new(&scene.into(), plan, unit), unit, samples);
     }
-    pixel_by_pixel(scene, plan, unit, |_| samples.clone())
+    pixel_by_pixel(&scene.into(), plan, unit, |_| samples.clone())
 }
 
 /// Renders one unit of a guided pass: of each pixel of `unit.tile` the samples that `guide` names.
 ///
 /// As pure as [`render_unit`]. `unit.samples` only says where the block stands among the tile's blocks. A guide of another number of
 /// pixels than the tile leaves the others without samples.
-pub fn render_guided(scene: &Scene, plan: &Plan, unit: &WorkUnit, guide: &TileGuide) -> FilmBlock {
-    pixel_by_pixel(scene, plan, unit, |pixel| guide.samples(pixel))
+pub fn render_guided<'a>(scene: impl Into<Instants<'a>>, plan: &'a Plan, unit: &WorkUnit, guide: &TileGuide) -> FilmBlock {
+    pixel_by_pixel(&scene.into(), plan, unit, |pixel| guide.samples(pixel))
 }
 
 /// Renders a unit of a technique that measures each pixel by itself: of every pixel the samples by half and index within it.
-fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(scene: &Scene, plan: &Plan, unit: &WorkUnit, samples: impl Fn(usize) -> I) -> FilmBlock {
-    let renderer = PixelRenderer::new(scene, plan, unit.frame);
+fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(
+    scene: &Instants,
+    plan: &Plan,
+    unit: &WorkUnit,
+    samples: impl Fn(usize) -> I,
+) -> FilmBlock {
+    let shutter = Shutter::new(scene, plan, unit);
     let mut planes = Planes::new(unit.tile, &plan.layout());
     let mut statistics = Statistics::default();
     let mut scratch = Scratch::default();
-    let links = (plan.technique == Technique::Graph).then(|| Links::of_tile(scene, plan, unit.tile));
+    let links = (plan.technique == Technique::Graph).then(|| Links::of_tile(scene.scenes[0], plan, unit.tile));
     for index in 0..unit.tile.pixels() {
         let place = [unit.tile.x + index as u32 % unit.tile.width, unit.tile.y + index as u32 / unit.tile.width];
         let mut sums = PixelSums::default();
@@ -56,7 +66,7 @@ fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(scene: &Scene, plan: &Plan, u
             sums.links.extend(links.of(index).map(LinkSums::new));
         }
         for sample in samples(index) {
-            renderer.sample(place, sample, &mut scratch, &mut sums, &mut statistics);
+            shutter.at(sample).sample(place, sample, &mut scratch, &mut sums, &mut statistics);
         }
         planes.write(index, &sums);
     }

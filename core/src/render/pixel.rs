@@ -6,7 +6,7 @@ use super::sums::PixelSums;
 use crate::film::{Counter, Statistics};
 use crate::gradient::difference;
 use crate::integrator::PathIntegrator;
-use crate::lattice::{Half, Offset};
+use crate::lattice::{Half, Moment, Offset};
 use crate::path::{Integrator, OffsetSubpath, ShiftMap, Subpath};
 use crate::plan::{Plan, Technique};
 use crate::sampling::{Dimension, SampleKey, SampleStream};
@@ -36,25 +36,24 @@ pub(super) struct PixelRenderer<'a> {
     pub(super) scene: &'a Scene,
     pub(super) plan: &'a Plan,
     view: View,
-    frame: u32,
+    moment: Moment,
     integrator: PathIntegrator,
     shift: Box<dyn ShiftMap>,
     roulette: ShiftRoulette,
 }
 
 impl<'a> PixelRenderer<'a> {
-    pub(super) fn new(scene: &'a Scene, plan: &'a Plan, frame: u32) -> Self {
+    pub(super) fn new(scene: &'a Scene, plan: &'a Plan, moment: Moment) -> Self {
         let view = scene.sensor.view(plan.extent);
         let integrator =
             PathIntegrator { max_depth: plan.max_depth, roulette_depth: plan.roulette_depth, shift_threshold: plan.shift_threshold };
         let roulette = ShiftRoulette::new(scene, plan, &view, &integrator);
-        Self { scene, plan, view, frame, integrator, shift: shift::build(plan.shift, plan.shift_threshold), roulette }
+        Self { scene, plan, view, moment, integrator, shift: shift::build(plan.shift, plan.shift_threshold), roulette }
     }
 
     /// Traces the base path of a sample; `index` is its index within the half.
     pub(super) fn trace(&self, [x, y]: [u32; 2], (half, index): (Half, u32), base: &mut Subpath, statistics: &mut Statistics) -> Place {
-        // Half B carries the next frame's key: neighbouring frames share the seeds of these halves.
-        let frame = self.frame.wrapping_add(half.index() as u32);
+        let frame = self.moment.key(half);
         let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index });
         // The neighbours' paths take the same place in their pixels, so its weight holds for them too.
         let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));

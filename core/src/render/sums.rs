@@ -14,6 +14,8 @@ pub(super) struct PixelSums {
     pub(super) albedo: [f64; 3],
     pub(super) normal: [f64; 3],
     pub(super) depth: [f64; 3],
+    /// Displacement to where the pixel's surface was before, and 1 where it was seen there.
+    pub(super) motion: [f64; 3],
     /// One entry a link, by slot.
     pub(super) links: Vec<LinkSums>,
 }
@@ -106,6 +108,7 @@ impl PixelSums {
             PlaneKind::Albedo => &self.albedo,
             PlaneKind::Normal => &self.normal,
             PlaneKind::Depth => &self.depth,
+            PlaneKind::Motion => &self.motion,
             PlaneKind::Count(h) => &self.halves[h.index()].count,
             PlaneKind::Link(slot) | PlaneKind::LinkGradient(_, slot) | PlaneKind::LinkGradientSquared(_, slot) => {
                 self.links.get(usize::from(slot)).map_or(&NOTHING, |link| link.of(kind))

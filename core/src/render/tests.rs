@@ -2,7 +2,7 @@
 
 use super::render_unit;
 use crate::film::{Counter, Film, FrameFold, PlaneKind, TileFold};
-use crate::lattice::Offset;
+use crate::lattice::{Moment, Offset};
 use crate::math::Vec3;
 use crate::plan::{Plan, ShiftKind, Technique, WorkUnit};
 use crate::testing::films::{Estimate, finite_differences, gradients, render, z_scores};
@@ -80,7 +80,7 @@ fn tiles_that_cut_groups_change_no_bit() {
         for tile in plan.extent.tiles(edge) {
             let mut fold = TileFold::new(tile, &layout);
             for samples in plan.sample_ranges() {
-                fold.add(&render_unit(&scene, &plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+                fold.add(&render_unit(&scene, &plan, &WorkUnit { moment: Moment::of(0), tile, samples })).unwrap();
             }
             frame.place(&fold).unwrap();
         }

@@ -73,7 +73,7 @@ const LEGS: u32 = 1 << 31;
 pub struct SampleKey {
     /// Seed of the job.
     pub seed: u64,
-    /// Key of the frame: half A of frame t uses t, half B t + 1, so that neighbouring frames share seeds.
+    /// Key of the frame: half A of frame t uses t, half B t + 1, so that neighbouring frames share seeds ([`Moment`](crate::lattice::Moment)).
     pub frame: u32,
     /// Pixel column.
     pub x: u32,

@@ -17,7 +17,7 @@ pub(crate) fn render(scene: &Scene, plan: &Plan) -> Film {
         .map(|tile| {
             let mut fold = TileFold::new(tile, &layout);
             for samples in plan.sample_ranges() {
-                fold.add(&render_unit(scene, plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+                fold.add(&render_unit(scene, plan, &WorkUnit { moment: crate::lattice::Moment::of(0), tile, samples })).unwrap();
             }
             fold
         })

@@ -285,6 +285,8 @@ pub(crate) fn plan(technique: Technique, edge: u32, samples: u32, max_depth: u32
         links: 8,
         rounds: 1,
         stop: Stop::default(),
+        timeline: None,
+        temporal: None,
         reasons: Vec::new(),
     }
 }

@@ -1,6 +1,6 @@
 //! The plan of a job.
 
-use gradfarm_core::plan::{Plan, ReconstructionKind, ShiftKind, Stop, Technique, by_name};
+use gradfarm_core::plan::{Plan, ReconstructionKind, ShiftKind, Stop, Technique, Temporal, Timeline, by_name};
 use gradfarm_core::scene::limits as scene;
 
 use super::ConvertError;
@@ -29,6 +29,8 @@ impl From<&Plan> for v1::Plan {
             stop_error: plan.stop.error,
             stop_seconds: plan.stop.seconds,
             curve: plan.stop.curve,
+            timeline: plan.timeline.map(|t| v1::Timeline { fps: t.fps, shutter: t.shutter, instants: t.instants }),
+            temporal: plan.temporal.map(|t| v1::Temporal { window: t.window, stride: t.stride, motion: t.motion }),
         }
     }
 }
@@ -81,9 +83,36 @@ impl TryFrom<v1::Plan> for Plan {
                 seconds: above_zero("plan.stop_seconds", message.stop_seconds)?,
                 curve: message.curve,
             },
+            timeline: message.timeline.map(timeline).transpose()?,
+            temporal: message.temporal.map(temporal).transpose()?,
             reasons: message.reasons,
         })
     }
+}
+
+fn timeline(message: v1::Timeline) -> Result<Timeline, ConvertError> {
+    let v1::Timeline { fps, shutter, instants } = message;
+    if !(fps.is_finite() && fps > 0.0) {
+        return Err(ConvertError::range("plan.timeline.fps", fps, "a finite number above 0"));
+    }
+    if !(0.0..=1.0).contains(&shutter) {
+        return Err(ConvertError::range("plan.timeline.shutter", shutter, "0 to 1"));
+    }
+    if !(1..=Timeline::MOST_INSTANTS).contains(&instants) {
+        return Err(ConvertError::range("plan.timeline.instants", instants, format!("1 to {}", Timeline::MOST_INSTANTS)));
+    }
+    Ok(Timeline { fps, shutter, instants })
+}
+
+fn temporal(message: v1::Temporal) -> Result<Temporal, ConvertError> {
+    let v1::Temporal { window, stride, motion } = message;
+    if !(1..=Temporal::MOST).contains(&window) {
+        return Err(ConvertError::range("plan.temporal.window", window, format!("1 to {}", Temporal::MOST)));
+    }
+    if !(1..=window).contains(&stride) {
+        return Err(ConvertError::range("plan.temporal.stride", stride, format!("1 to {window}")));
+    }
+    Ok(Temporal { window, stride, motion })
 }
 
 fn above_zero(field: &'static str, value: Option<f64>) -> Result<Option<f64>, ConvertError> {
@@ -122,6 +151,8 @@ mod tests {
             links: 8,
             rounds: 1,
             stop: Stop::default(),
+            timeline: None,
+            temporal: None,
             reasons: vec!["gradients: asked for".into()],
         }
     }
@@ -136,6 +167,8 @@ mod tests {
             (plan.samples, plan.seed, plan.alpha, plan.clamp) = (samples, seed, alpha, clamp);
             (plan.shift_survival, plan.reuse_edge, plan.links, plan.rounds) = (0.25, 5, 7, 3);
             plan.stop = Stop { error, seconds: error.map(|e| e * 1e3), curve: seed % 2 == 0 };
+            plan.timeline = error.map(|e| Timeline { fps: 1.0 + e, shutter: e, instants: 1 + samples % 256 });
+            plan.temporal = alpha.map(|_| Temporal { window: 10, stride: 1 + samples % 10, motion: clamp });
             prop_assert_eq!(Plan::try_from(v1::Plan::from(&plan)), Ok(plan));
         }
     }
@@ -158,6 +191,15 @@ mod tests {
         assert!(spoil(|p| p.alpha = Some(f32::NAN)).starts_with("plan.alpha is NaN"));
         assert!(spoil(|p| p.stop_error = Some(f64::NAN)).starts_with("plan.stop_error is NaN"));
         assert!(spoil(|p| p.stop_seconds = Some(0.0)).starts_with("plan.stop_seconds is 0"));
+        assert!(
+            spoil(|p| p.timeline = Some(v1::Timeline { fps: f64::INFINITY, shutter: 0.5, instants: 4 }))
+                .starts_with("plan.timeline.fps is inf")
+        );
+        assert!(
+            spoil(|p| p.timeline = Some(v1::Timeline { fps: 24.0, shutter: 0.5, instants: 1000 }))
+                .starts_with("plan.timeline.instants is 1000")
+        );
+        assert!(spoil(|p| p.temporal = Some(v1::Temporal { window: 4, stride: 5, motion: true })).starts_with("plan.temporal.stride is 5"));
         assert!(spoil(|p| p.samples = 0).starts_with("plan.samples is 0"));
         assert!(spoil(|p| p.batch = 0).starts_with("plan.batch is 0"));
         assert!(spoil(|p| p.reasons = vec![String::new(); 1000]).starts_with("plan.reasons is 1000 lines"));

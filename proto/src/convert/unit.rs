@@ -1,6 +1,7 @@
 //! Units of work, and the names of their leases.
 
 use bytes::Bytes;
+use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::WorkUnit;
 
 use super::ConvertError;
@@ -50,7 +51,12 @@ pub fn uuid(field: &'static str, bytes: &[u8]) -> Result<[u8; 16], ConvertError>
 
 impl From<WorkUnit> for v1::WorkUnit {
     fn from(unit: WorkUnit) -> Self {
-        Self { frame: unit.frame, tile: Some(unit.tile.into()), samples: Some(unit.samples.into()) }
+        Self {
+            first_frame: unit.moment.first,
+            end_frame: unit.moment.end,
+            tile: Some(unit.tile.into()),
+            samples: Some(unit.samples.into()),
+        }
     }
 }
 
@@ -59,11 +65,19 @@ impl TryFrom<v1::WorkUnit> for WorkUnit {
 
     fn try_from(message: v1::WorkUnit) -> Result<Self, ConvertError> {
         Ok(Self {
-            frame: message.frame,
+            moment: moment(message.first_frame, message.end_frame)?,
             tile: message.tile.ok_or(ConvertError::Missing { field: "unit.tile" })?.try_into()?,
             samples: message.samples.ok_or(ConvertError::Missing { field: "unit.samples" })?.try_into()?,
         })
     }
+}
+
+/// Frames from one to the one before another; the last frame there is ends at 0.
+fn moment(first: u32, end: u32) -> Result<Moment, ConvertError> {
+    if end > first || (end == 0 && first == u32::MAX) {
+        return Ok(Moment { first, end });
+    }
+    Err(ConvertError::range("unit.end_frame", end, format!("a frame after {first}")))
 }
 
 #[cfg(test)]
@@ -77,7 +91,7 @@ mod tests {
         fn round_trip(job: [u8; 16], unit: u32, epoch: u32, frame: u32, x in 0u32..999, count in 1u32..99) {
             let name = LeaseName { job, unit, epoch };
             prop_assert_eq!(lease_ref(Some(name.into())), Ok(name));
-            let unit = WorkUnit { frame, tile: Tile { x, y: 1, width: 5, height: 6 }, samples: SampleRange { first: 16, count } };
+            let unit = WorkUnit { moment: Moment::of(frame), tile: Tile { x, y: 1, width: 5, height: 6 }, samples: SampleRange { first: 16, count } };
             prop_assert_eq!(WorkUnit::try_from(v1::WorkUnit::from(unit)), Ok(unit));
         }
     }
@@ -87,7 +101,9 @@ mod tests {
         assert_eq!(lease_ref(None), Err(ConvertError::Missing { field: "lease" }));
         let short = v1::LeaseRef { job: Bytes::from_static(&[1; 15]), unit: 0, epoch: 0 };
         assert_eq!(lease_ref(Some(short)).unwrap_err().to_string(), "lease.job is 15 bytes, expected 16 bytes of a UUID");
-        let unit = v1::WorkUnit { frame: 0, tile: None, samples: None };
+        let unit = v1::WorkUnit { first_frame: 0, end_frame: 1, tile: None, samples: None };
         assert_eq!(WorkUnit::try_from(unit), Err(ConvertError::Missing { field: "unit.tile" }));
+        let unit = v1::WorkUnit { first_frame: 3, end_frame: 3, tile: None, samples: None };
+        assert_eq!(WorkUnit::try_from(unit).unwrap_err().to_string(), "unit.end_frame is 3, expected a frame after 3");
     }
 }

@@ -1,7 +1,7 @@
 //! Hazards of films: odd sizes, few samples and many, black and constant frames, numbers at the end of f32.
 
 use gradfarm_core::film::{Film, FrameFold, Image, PlaneKind, TileFold};
-use gradfarm_core::lattice::{Extent, SampleRange};
+use gradfarm_core::lattice::{Extent, Moment, SampleRange};
 use gradfarm_core::plan::{Plan, ReconstructionKind, Request, Technique, WorkUnit};
 use gradfarm_core::reconstruction::reconstruct;
 use gradfarm_core::render::render_unit;
@@ -54,7 +54,7 @@ fn tiles_of_one_pixel() {
             for tile in extent.tiles(edge) {
                 let mut fold = TileFold::new(tile, &plan.layout());
                 for samples in plan.sample_ranges() {
-                    fold.add(&render_unit(&scene, &plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+                    fold.add(&render_unit(&scene, &plan, &WorkUnit { moment: Moment::of(0), tile, samples })).unwrap();
                 }
                 frame.place(&fold).unwrap();
             }
@@ -120,7 +120,7 @@ fn million_samples() {
     let (scene, plan) = asked(&half_bright(), &request);
     let tile = plan.extent.tiles(2)[0];
     let last = SampleRange { first: 996_000, count: 4_000 };
-    let block = render_unit(&scene, &plan, &WorkUnit { frame: 0, tile, samples: last });
+    let block = render_unit(&scene, &plan, &WorkUnit { moment: Moment::of(0), tile, samples: last });
     let primals = block.planes.iter().filter(|(kind, _)| matches!(kind, PlaneKind::Primal(_)));
     let mean = primals.map(|(_, values)| f64::from(values[0])).sum::<f64>() / f64::from(last.count);
     // The estimates of 4000 samples spread by at most their mean.

@@ -21,7 +21,7 @@ pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, reas
         let work = job.split.work(unit);
         let error = format!(
             "frame {}, tile at ({}, {}), samples {} to {} failed {failures} times, the last time with: {reason}",
-            work.frame,
+            work.moment.first,
             work.tile.x,
             work.tile.y,
             work.samples.first,

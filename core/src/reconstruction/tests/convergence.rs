@@ -58,7 +58,7 @@ pub(super) fn frame(truth: &Image, frame: usize) -> Film {
             graph: Some(differences_along_links(truth, planes)),
         }
     };
-    Film { extent, halves: [half(0), half(1)], counts: None, features: features(extent), statistics: Statistics::default() }
+    Film { extent, halves: [half(0), half(1)], counts: None, motion: None, features: features(extent), statistics: Statistics::default() }
 }
 
 /// Links of a picture, with noise.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::film::{Film, FrameFold, TileFold};
-use crate::lattice::Extent;
+use crate::lattice::{Extent, Moment};
 use crate::plan::{ReconstructionKind, Technique, WorkUnit};
 use crate::reconstruction::reconstruct;
 use crate::render::render_unit;
@@ -114,7 +114,7 @@ fn neither_tiles_nor_links_touch_a_bit() {
         for tile in plan.extent.tiles(edge) {
             let mut fold = TileFold::new(tile, &layout);
             for samples in plan.sample_ranges() {
-                fold.add(&render_unit(&scene, &plan, &WorkUnit { frame: 0, tile, samples })).unwrap();
+                fold.add(&render_unit(&scene, &plan, &WorkUnit { moment: Moment::of(0), tile, samples })).unwrap();
             }
             frame.place(&fold).unwrap();
         }
