@@ -1,5 +1,7 @@
 //! The whole geometry of a scene: groups of shapes, each with its tree, and instances of groups under a transform.
 
+mod carry;
+
 use super::analytic::{Analytic, Place};
 use super::bvh::{Bounds, Probe, Tree, any, closest};
 use super::mesh::Mesh;

@@ -1,6 +1,7 @@
 //! E[gradient] = difference of converged primals, gradients that are exactly zero, and primals that gradients do not touch.
 
 use crate::film::{Counter, Film, FrameFold, PlaneKind, TileFold};
+use crate::lattice::Moment;
 use crate::material::{Bsdf, Material, Textured};
 use crate::math::Vec3;
 use crate::medium::MediumId;
@@ -96,7 +97,7 @@ fn tiles_and_sample_ranges_do_not_change_a_pixel() {
         for tile in plan.extent.tiles(edge) {
             let mut fold = TileFold::new(tile, &layout);
             for samples in plan.sample_ranges() {
-                fold.add(&render_unit(&scene, &plan, &WorkUnit { moment: crate::lattice::Moment::of(0), tile, samples })).unwrap();
+                fold.add(&render_unit(&scene, &plan, &WorkUnit { moment: Moment::of(0), tile, samples })).unwrap();
             }
             frame.place(&fold).unwrap();
         }

@@ -50,7 +50,15 @@ pub(super) fn temporal(
     let default = Temporal::default();
     let window = request.window.unwrap_or(default.window);
     let stride = request.stride.unwrap_or(default.stride.min(window));
-    let temporal = Temporal { window, stride, motion: request.motion.unwrap_or(default.motion) };
+    let pixel_by_pixel = technique == Technique::Gpt;
+    if request.motion == Some(true) && !pixel_by_pixel {
+        return Err(PlanError::Missing {
+            choice: "following what moves".to_string(),
+            missing: format!("pixels that draw their own paths, which technique {} does not let them", technique.name()),
+            try_instead: format!("technique {}", Technique::Gpt.name()),
+        });
+    }
+    let temporal = Temporal { window, stride, motion: request.motion.unwrap_or(default.motion && pixel_by_pixel) };
     let range = |what, found: u32, most: u32| match found {
         found if (1..=most).contains(&found) => Ok(()),
         found => Err(PlanError::OutOfRange { what, found: found.to_string(), expected: format!("1 to {most} moments") }),

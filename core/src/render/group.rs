@@ -106,7 +106,7 @@ impl Group {
         let images = &mut images[..self.set.pixels()];
         primal.fill(Spectrum::BLACK);
         for (x, y, own) in self.pixels() {
-            let place = renderer.trace([x, y], (half, sample), base, statistics);
+            let place = renderer.trace([x, y], [x, y], (half, sample), base, statistics);
             if self.owns(x, y) {
                 sums[own].see(half, base, place.weight, statistics);
             }

@@ -2,12 +2,14 @@
 //!
 //! `pixel` renders what is measured pixel by pixel (`pt`, `gpt`, `graph`), `group` what groups of pixels
 //! measure together (`reuse`); `shutter` has one renderer for each
-//! instant of an open shutter, `links` finds the similar pixels of `graph` by their `features`, `roulette` skips shifts of dark paths,
+//! instant of an open shutter, `links` finds the similar pixels of `graph` by their `features`, `motion` the pixels that saw
+//! the same thing in the moment before, `roulette` skips shifts of dark paths,
 //! `sums` is what a pixel adds up, `outcome` what is counted.
 
 mod features;
 mod group;
 mod links;
+mod motion;
 mod outcome;
 mod pixel;
 mod roulette;
@@ -19,8 +21,9 @@ mod tests;
 use crate::film::{FilmBlock, Statistics};
 use crate::lattice::Half;
 use crate::plan::{Plan, Technique, TileGuide, WorkUnit};
-use crate::scene::Instants;
+use crate::scene::{Instants, Scene};
 use links::Links;
+use motion::Motion;
 use pixel::Scratch;
 use shutter::Shutter;
 use sums::{LinkSums, PixelSums, Planes};
@@ -47,6 +50,11 @@ pub fn render_guided<'a>(scene: impl Into<Instants<'a>>, plan: &'a Plan, unit: &
     pixel_by_pixel(&scene.into(), plan, unit, |pixel| guide.samples(pixel))
 }
 
+/// The scene that motion is followed from, where the plan says so and there was a moment before.
+fn follows<'a>(scene: &Instants<'a>, plan: &Plan) -> Option<&'a Scene> {
+    scene.before.filter(|_| plan.temporal.is_some_and(|temporal| temporal.motion))
+}
+
 /// Renders a unit of a technique that measures each pixel by itself: of every pixel the samples by half and index within it.
 fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(
     scene: &Instants,
@@ -58,6 +66,7 @@ fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(
     let mut planes = Planes::new(unit.tile, &plan.layout());
     let mut statistics = Statistics::default();
     let mut scratch = Scratch::default();
+    let motion = follows(scene, plan).map(|before| Motion::of_tile(scene.scenes[0], before, plan.extent, unit.tile));
     let links = (plan.technique == Technique::Graph).then(|| Links::of_tile(scene.scenes[0], plan, unit.tile));
     for index in 0..unit.tile.pixels() {
         let place = [unit.tile.x + index as u32 % unit.tile.width, unit.tile.y + index as u32 / unit.tile.width];
@@ -66,7 +75,11 @@ fn pixel_by_pixel<I: Iterator<Item = (Half, u32)>>(
             sums.links.extend(links.of(index).map(LinkSums::new));
         }
         for sample in samples(index) {
-            shutter.at(sample).sample(place, sample, &mut scratch, &mut sums, &mut statistics);
+            let key = motion.as_ref().map_or(place, |motion| motion.key(place, sample.0));
+            if let Some(partner) = motion.as_ref().and_then(|motion| motion.partner(place)) {
+                sums.follow(place, partner);
+            }
+            shutter.at(sample).sample(place, key, sample, &mut scratch, &mut sums, &mut statistics);
         }
         planes.write(index, &sums);
     }

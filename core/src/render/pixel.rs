@@ -51,10 +51,17 @@ impl<'a> PixelRenderer<'a> {
         Self { scene, plan, view, moment, integrator, shift: shift::build(plan.shift, plan.shift_threshold), roulette }
     }
 
-    /// Traces the base path of a sample; `index` is its index within the half.
-    pub(super) fn trace(&self, [x, y]: [u32; 2], (half, index): (Half, u32), base: &mut Subpath, statistics: &mut Statistics) -> Place {
+    /// Traces the base path of a sample with the numbers of pixel `key`; `index` is its index within the half.
+    pub(super) fn trace(
+        &self,
+        [x, y]: [u32; 2],
+        key: [u32; 2],
+        (half, index): (Half, u32),
+        base: &mut Subpath,
+        statistics: &mut Statistics,
+    ) -> Place {
         let frame = self.moment.key(half);
-        let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x, y, index });
+        let stream = SampleStream::open(SampleKey { seed: self.plan.seed, frame, x: key[0], y: key[1], index });
         // The neighbours' paths take the same place in their pixels, so its weight holds for them too.
         let ([u, v], weight) = self.scene.sensor.filter.place(stream.pair(Dimension::PIXEL));
         let lens = if self.view.has_lens() { stream.pair(Dimension::LENS) } else { [0.5; 2] };
@@ -77,17 +84,18 @@ impl<'a> PixelRenderer<'a> {
         self.roulette.survival(primal)
     }
 
-    /// Adds one sample of a pixel to the sums of its half; `index` is its index within the half.
+    /// Adds one sample of a pixel to the sums of its half, with the numbers of pixel `key`; `index` is its index within the half.
     pub(super) fn sample(
         &self,
         [x, y]: [u32; 2],
+        key: [u32; 2],
         (half, index): (Half, u32),
         scratch: &mut Scratch,
         sums: &mut PixelSums,
         statistics: &mut Statistics,
     ) {
         let base = &mut scratch.base;
-        let place = self.trace([x, y], (half, index), base, statistics);
+        let place = self.trace([x, y], key, (half, index), base, statistics);
         let weight = place.weight;
         sums.see(half, base, weight, statistics);
         let sums_of_half = &mut sums.halves[half.index()];

@@ -97,6 +97,12 @@ impl PixelSums {
         }
     }
 
+    /// Counts where the pixel's surface was before, as the pixel that saw it there.
+    pub(super) fn follow(&mut self, place: [u32; 2], partner: [u32; 2]) {
+        let by = |axis: usize| f64::from(partner[axis]) - f64::from(place[axis]);
+        self.motion.iter_mut().zip([by(0), by(1), 1.0]).for_each(|(sum, v)| *sum += v);
+    }
+
     /// The sums behind a plane, and how many of the three are used.
     pub(super) fn of(&self, kind: PlaneKind) -> (&[f64; 3], usize) {
         let sums = match kind {

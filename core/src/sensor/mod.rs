@@ -128,6 +128,11 @@ impl View {
         self.lens.is_some_and(|[radius, _]| radius > 0.0)
     }
 
+    /// Whether all rays are parallel.
+    pub fn is_parallel(&self) -> bool {
+        self.lens.is_none()
+    }
+
     /// The ray through a film position [pixels, from the upper left corner of the window] and a lens position in [0, 1)².
     ///
     /// Radiance averaged by the pixel's filter (and over the lens) is the pixel's value: importance is 1 in film measure.
@@ -147,5 +152,27 @@ impl View {
         let d = concentric_disk(lens) * lens_radius;
         let origin = self.origin + right * d.x + up * d.y;
         Ray::new(origin, (focus - origin).normalize())
+    }
+
+    /// The film position at which the middle of the lens sees a point [pixels, from the upper left corner of the window; may lie outside
+    /// it]; `None` for what is beside or behind the camera.
+    pub fn project(&self, point: Vec3) -> Option<[f32; 2]> {
+        self.onto_film(point - self.origin)
+    }
+
+    /// The film position at which the middle of the lens sees something infinitely far away; `None` for what is beside or behind the
+    /// camera, and where all rays are parallel.
+    pub fn project_direction(&self, direction: Vec3) -> Option<[f32; 2]> {
+        self.lens.and_then(|_| self.onto_film(direction))
+    }
+
+    fn onto_film(&self, towards: Vec3) -> Option<[f32; 2]> {
+        let [x, y, depth] = self.axes.map(|axis| towards.dot(axis));
+        let scale = if self.lens.is_some() { 1.0 / depth } else { 1.0 };
+        let film = [
+            0.5 * (x * scale / self.half[0] + 1.0) * self.pixels[0] - self.offset[0],
+            0.5 * (1.0 - y * scale / self.half[1]) * self.pixels[1] - self.offset[1],
+        ];
+        (depth > 0.0 && film.into_iter().all(f32::is_finite)).then_some(film)
     }
 }

@@ -57,3 +57,27 @@ fn a_window_sees_its_part_of_the_film() {
         }
     }
 }
+
+#[test]
+fn what_a_ray_meets_is_seen_where_it_started() {
+    let window = Window { corner: [5.0 / 20.0, 2.0 / 10.0], size: [8.0 / 20.0, 6.0 / 10.0] };
+    let pinhole = Perspective { lens_radius: 0.0, principal_point: [0.1, -0.2], ..THIN_LENS };
+    let turn = Transform::from_rows([[0.6, 0.0, 0.8, 1.0], [0.0, 1.0, 0.0, -2.0], [-0.8, 0.0, 0.6, 0.5]]).unwrap();
+    for projection in [Projection::Perspective(pinhole), Projection::Orthographic(3.0)] {
+        let view = Sensor { to_world: turn, ..sensor(projection, window) }.view(Extent { width: 8, height: 6 });
+        for film in [[0.0f32, 0.0], [7.9, 5.1], [3.3, 1.7], [-2.0, 9.0]] {
+            let ray = view.ray(film, [0.5; 2]);
+            let [x, y] = view.project(ray.origin + ray.direction * 7.0).unwrap();
+            assert!((x - film[0]).abs() < 1e-4 && (y - film[1]).abs() < 1e-4, "{film:?}: {x}, {y}");
+            let far = view.project_direction(ray.direction);
+            match projection {
+                Projection::Perspective(_) => {
+                    let [x, y] = far.unwrap();
+                    assert!((x - film[0]).abs() < 1e-4 && (y - film[1]).abs() < 1e-4, "{film:?}: {x}, {y}");
+                }
+                Projection::Orthographic(_) => assert_eq!(far, None),
+            }
+            assert_eq!(view.project(ray.origin - ray.direction * 7.0), None);
+        }
+    }
+}

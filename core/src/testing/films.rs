@@ -1,13 +1,19 @@
 //! Films of test scenes, and whether estimates over seeds agree.
 
 use crate::film::{Film, FrameFold, Image, TileFold};
+use crate::lattice::Moment;
 use crate::plan::{Plan, WorkUnit};
 use crate::render::render_unit;
-use crate::scene::Scene;
+use crate::scene::{Instants, Scene};
 use rayon::prelude::*;
 
 /// Renders a frame in small tiles.
 pub(crate) fn render(scene: &Scene, plan: &Plan) -> Film {
+    render_moment(&scene.into(), plan, Moment::of(0))
+}
+
+/// Renders a moment in small tiles.
+pub(crate) fn render_moment(scene: &Instants, plan: &Plan, moment: Moment) -> Film {
     let layout = plan.layout();
     let mut frame = FrameFold::new(plan.extent, &layout);
     let folds: Vec<TileFold> = plan
@@ -17,7 +23,7 @@ pub(crate) fn render(scene: &Scene, plan: &Plan) -> Film {
         .map(|tile| {
             let mut fold = TileFold::new(tile, &layout);
             for samples in plan.sample_ranges() {
-                fold.add(&render_unit(scene, plan, &WorkUnit { moment: crate::lattice::Moment::of(0), tile, samples })).unwrap();
+                fold.add(&render_unit(scene.clone(), plan, &WorkUnit { moment, tile, samples })).unwrap();
             }
             fold
         })
