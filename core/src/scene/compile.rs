@@ -26,12 +26,15 @@ mod texture;
 const DESCRIPTION: &str = "scene";
 
 impl Scene {
-    /// Compiles a description; its files come from `assets`.
+    /// Compiles a description; its files come from `assets`. Of one that moves, the instant 0.
     ///
     /// # Errors
     /// The description is invalid (it is checked again here, since it may come from elsewhere than a file), or a file of it is missing or faulty.
     pub fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Scene, Error> {
         description.validate(DESCRIPTION)?;
+        if !description.is_still() {
+            return Scene::compile(&description.at(0.0)?, assets);
+        }
         let textures = texture::compile(description, assets)?;
         let materials = material::compile(description, &textures)?;
         let sensor = camera::sensor(&description.camera, &description.film)?;

@@ -20,6 +20,18 @@ pub const SHAPES: usize = 1 << 20;
 pub const PLACED_SHAPES: u64 = 1 << 24;
 /// Depth of groups that place groups.
 pub const GROUP_DEPTH: u32 = 16;
+/// Nodes of an animation.
+pub const NODES: usize = 1 << 16;
+/// Depth of nodes that hang on one another.
+pub const NODE_DEPTH: usize = 256;
+/// Numbers in the keys of all tracks, tangents included.
+pub const KEY_NUMBERS: usize = 1 << 24;
+/// Joints of one skin.
+pub const JOINTS: usize = 1 << 12;
+/// Sets of four joints of a vertex.
+pub const INFLUENCES: usize = 2;
+/// Forms that one mesh is blended towards.
+pub const MORPH_TARGETS: usize = 256;
 /// Materials in one that is made of others, each counted as often as it is part of it.
 pub const MATERIAL_PARTS: usize = 16;
 /// Bytes of a name.

@@ -2,6 +2,7 @@
 //!
 //! A scene enters here as text. It leaves as a checked [`SceneDescription`] or a compiled [`Scene`]; nothing below sees an unchecked one.
 
+mod animate;
 pub mod assets;
 mod compile;
 pub mod description;

@@ -2,18 +2,30 @@
 
 use glam::{DMat3, DVec3};
 
+use super::animate::check_deformation;
 use super::assets::check_name;
-use super::description::{Camera, Colour, Cylinder, Filter, Geometry, Material, MeshInline, SceneDescription, Shape, Transform, VERSION};
+use super::description::{
+    Animation, Camera, Colour, Cylinder, Filter, Geometry, Material, MeshInline, Operation, SceneDescription, Shape, Transform, VERSION,
+};
 use super::error::{Error, ErrorKind};
 use super::limits;
 
+mod animation;
 mod groups;
 mod light;
 mod surface;
 
 /// Checks a whole description; `file` is the name that errors carry.
 pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Error> {
-    let check = Check { file };
+    let check = Check { file, animation: scene.animation.as_ref(), meshes: true };
+    match &scene.animation {
+        Some(animation) => check.animated(scene, animation),
+        None => still(&check, scene),
+    }
+}
+
+/// Checks a whole description in which nothing moves, or one instant of one.
+fn still(check: &Check<'_>, scene: &SceneDescription) -> Result<(), Error> {
     if scene.version != VERSION {
         return check.invalid("version", scene.version, format!("{VERSION}, the version that this program reads"));
     }
@@ -32,7 +44,7 @@ pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Er
     for (index, shape) in scene.shapes.iter().enumerate() {
         check.shape(&format!("shapes[{index}]"), shape, scene, false)?;
     }
-    groups::check(scene, file)?;
+    groups::check(scene, check.file)?;
     for (index, light) in scene.lights.iter().enumerate() {
         check.light(&format!("lights[{index}]"), light)?;
     }
@@ -47,6 +59,10 @@ pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Er
 
 struct Check<'a> {
     file: &'a str,
+    /// What moves in the scene of which this is an instant.
+    animation: Option<&'a Animation>,
+    /// Whether to look into meshes: their vertices are the same at all times.
+    meshes: bool,
 }
 
 impl Check<'_> {
@@ -157,6 +173,10 @@ impl Check<'_> {
         for (index, operation) in transform.0.iter().enumerate() {
             let matrix = operation.matrix();
             let path = format!("{path}[{index}]");
+            if let Operation::Node(name) = operation {
+                let expected = "the name of a node in `animation.nodes`";
+                return Err(self.fault(ErrorKind::UnknownName, &path, format!("the node {name:?}"), expected));
+            }
             if !matrix.is_finite() {
                 return self.invalid(&path, format!("{operation:?}"), "finite numbers, an axis, and a line of sight not along `up`");
             }
@@ -266,6 +286,9 @@ impl Check<'_> {
     }
 
     fn mesh(&self, path: &str, mesh: &MeshInline) -> Result<(), Error> {
+        if !self.meshes {
+            return Ok(());
+        }
         let vertices = mesh.positions.len();
         for (field, count) in [("positions", vertices), ("indices", mesh.indices.len())] {
             if count == 0 || count > limits::MESH_ELEMENTS {
@@ -297,7 +320,9 @@ impl Check<'_> {
                 return self.invalid(&format!("{path}.indices[{triangle}][{corner}]"), index, format!("0 to {}", vertices - 1));
             }
         }
-        Ok(())
+        let known = |name: &str| self.animation.is_some_and(|animation| animation.nodes.contains_key(name));
+        check_deformation(mesh, known)
+            .map_err(|(field, found, expected)| self.fault(ErrorKind::Invalid, &format!("{path}.{field}"), found, expected))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Lights that are no surfaces.
 
+use glam::{DMat4, DVec3};
+
 use super::{DESCRIPTION, spectrum};
 use crate::light::{DirectionalLight, Environment, Falloff, ImageEnvironment, Light, PointLight, Sky, SpotLight, radians};
 use crate::math::{Frame, Vec3};
@@ -34,8 +36,13 @@ fn emits(light: &description::Light) -> Colour {
 }
 
 fn one(light: &description::Light) -> Light {
-    let place = |position: [f64; 3]| glam::DVec3::from(position).as_vec3();
-    let unit = |direction: [f64; 3]| glam::DVec3::from(direction).normalize().as_vec3();
+    let to_world = light.to_world();
+    let moved = |vector: [f64; 3], by: fn(&DMat4, DVec3) -> DVec3| {
+        let vector = DVec3::from(vector);
+        if to_world.is_identity() { vector } else { by(&to_world.matrix(), vector) }
+    };
+    let place = |position: [f64; 3]| moved(position, DMat4::transform_point3).as_vec3();
+    let unit = |direction: [f64; 3]| moved(direction, DMat4::transform_vector3).normalize().as_vec3();
     match light {
         description::Light::Point(light) => {
             Light::Point(PointLight { position: place(light.position), intensity: spectrum(light.intensity) })

@@ -23,6 +23,14 @@ impl Camera {
             Camera::Orthographic(camera) => &camera.to_world,
         }
     }
+
+    /// The same, to be changed.
+    pub fn to_world_mut(&mut self) -> &mut Transform {
+        match self {
+            Camera::Perspective(camera) => &mut camera.to_world,
+            Camera::Orthographic(camera) => &mut camera.to_world,
+        }
+    }
 }
 
 /// A camera of parallel rays, in the same frame as the perspective one; its film spans [-1, 1] along X, scaled by `scale`.

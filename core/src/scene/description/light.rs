@@ -18,6 +18,26 @@ pub enum Light {
     Directional(DirectionalLight),
 }
 
+impl Light {
+    /// From the frame of its position and direction to the world.
+    pub fn to_world(&self) -> &Transform {
+        match self {
+            Light::Point(light) => &light.to_world,
+            Light::Spot(light) => &light.to_world,
+            Light::Directional(light) => &light.to_world,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn to_world_mut(&mut self) -> &mut Transform {
+        match self {
+            Light::Point(light) => &mut light.to_world,
+            Light::Spot(light) => &mut light.to_world,
+            Light::Directional(light) => &mut light.to_world,
+        }
+    }
+}
+
 /// Light from one point, the same in all directions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -29,6 +49,9 @@ pub struct PointLight {
     pub position: [f64; 3],
     /// Radiant intensity [W·sr⁻¹].
     pub intensity: Colour,
+    /// Places position and direction in the world. Scales do not change how strong it is.
+    #[serde(default, skip_serializing_if = "Transform::is_identity")]
+    pub to_world: Transform,
 }
 
 /// A cone of light: full intensity up to `inner_angle` from the axis, none past `outer_angle`, and in between falling linearly in the angle.
@@ -51,6 +74,9 @@ pub struct SpotLight {
     /// How the light falls between the two angles.
     #[serde(default, skip_serializing_if = "Falloff::is_linear")]
     pub falloff: Falloff,
+    /// Places position and direction in the world. Scales do not change how strong it is.
+    #[serde(default, skip_serializing_if = "Transform::is_identity")]
+    pub to_world: Transform,
 }
 
 /// How a spot falls from full intensity to none. t runs from 0 at `outer_angle` to 1 at `inner_angle`.
@@ -83,6 +109,9 @@ pub struct DirectionalLight {
     pub direction: [f64; 3],
     /// Irradiance of a surface that faces it [W·m⁻²].
     pub irradiance: Colour,
+    /// Places position and direction in the world. Scales do not change how strong it is.
+    #[serde(default, skip_serializing_if = "Transform::is_identity")]
+    pub to_world: Transform,
 }
 
 /// Light from infinitely far away in every direction: exactly one of `radiance`, `image` and `sky`.

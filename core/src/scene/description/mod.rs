@@ -11,8 +11,10 @@ use serde::{Deserialize, Serialize};
 use super::error::{Error, ErrorKind};
 use super::validate;
 
+pub mod animation;
 pub mod camera;
 pub mod colour;
+pub mod deform;
 pub mod film;
 pub mod input;
 pub mod light;
@@ -24,8 +26,10 @@ pub mod shape;
 pub mod texture;
 pub mod transform;
 
+pub use animation::{Animation, Interpolation, Node, Tangents, Track, Value};
 pub use camera::{Camera, FovAxis, Orthographic, Perspective};
 pub use colour::Colour;
+pub use deform::{Influences, Joint, Morph, MorphTarget, Skin};
 pub use film::{Crop, Film, Filter};
 pub use input::{ColourInput, Input, ScalarInput};
 pub use light::{DirectionalLight, Environment, EnvironmentImage, Falloff, Light, PointLight, Sky, SpotLight};
@@ -84,6 +88,9 @@ pub struct SceneDescription {
     /// Name of the medium around the camera, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub medium: Option<String>,
+    /// What moves, if anything does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub animation: Option<Animation>,
 }
 
 /// How far light is followed.

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::deform::{Morph, Skin};
 use super::input::ColourInput;
 use super::transform::Transform;
 
@@ -101,7 +102,7 @@ pub struct Cylinder {
 }
 
 /// Triangles written in the description itself.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshInline {
     /// Vertices [m].
@@ -117,6 +118,12 @@ pub struct MeshInline {
     /// Colours, one a vertex, linear Rec.709, for the texture `vertex_colour`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colours: Option<Vec<[f32; 3]>>,
+    /// Forms that it is blended towards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub morph: Option<Morph>,
+    /// Joints that it hangs on, after it is blended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skin: Option<Skin>,
 }
 
 /// Triangles from a file beside the scene.

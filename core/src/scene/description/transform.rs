@@ -1,6 +1,6 @@
 //! Transforms as written: a list of operations, the first applied first.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DQuat, DVec3, DVec4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +23,10 @@ pub enum Operation {
     LookAt(LookAt),
     /// Any affine matrix, four rows of four; the last row is [0, 0, 0, 1].
     Matrix([[f64; 4]; 4]),
+    /// Turns by a quaternion [x, y, z, w] of any length but 0.
+    Quaternion([f64; 4]),
+    /// Into the frame of an animation's node: its own transform, then its parent's, and so on.
+    Node(String),
 }
 
 /// A turn, counter-clockwise as seen when the axis points at you.
@@ -60,6 +64,22 @@ impl Transform {
         self.0.is_empty()
     }
 
+    /// The names of the nodes that it goes through.
+    pub fn nodes(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().filter_map(|operation| match operation {
+            Operation::Node(name) => Some(name.as_str()),
+            _ => None,
+        })
+    }
+
+    /// A single matrix, or nothing where it changes nothing.
+    pub fn from_matrix(matrix: DMat4) -> Transform {
+        if matrix == DMat4::IDENTITY {
+            return Transform::default();
+        }
+        Transform(vec![Operation::Matrix([0, 1, 2, 3].map(|row| matrix.row(row).to_array()))])
+    }
+
     /// The matrix of the whole list, acting on column vectors. Degenerate operations give non-finite numbers, which checking refuses.
     pub fn matrix(&self) -> DMat4 {
         self.0.iter().fold(DMat4::IDENTITY, |before, operation| operation.matrix() * before)
@@ -67,7 +87,7 @@ impl Transform {
 }
 
 impl Operation {
-    /// Its matrix, acting on column vectors.
+    /// Its matrix, acting on column vectors. That of a node depends on the time; it is not a number here.
     pub fn matrix(&self) -> DMat4 {
         match self {
             Operation::Translate(by) => DMat4::from_translation(DVec3::from(*by)),
@@ -75,6 +95,8 @@ impl Operation {
             Operation::Scale(by) => DMat4::from_scale(DVec3::from(*by)),
             Operation::LookAt(look) => look.matrix(),
             Operation::Matrix(rows) => DMat4::from_cols_array_2d(rows).transpose(),
+            Operation::Quaternion(quaternion) => DMat4::from_quat(unit(*quaternion)),
+            Operation::Node(_) => DMat4::NAN,
         }
     }
 }
@@ -100,6 +122,11 @@ impl LookAt {
         let left = left / left.length();
         from_columns(left, sight.cross(left), sight, origin)
     }
+}
+
+fn unit(quaternion: [f64; 4]) -> DQuat {
+    let quaternion = DQuat::from_array(quaternion);
+    quaternion * quaternion.length().recip()
 }
 
 fn from_columns(x: DVec3, y: DVec3, z: DVec3, origin: DVec3) -> DMat4 {

@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3};
 
 use super::{Importer, Source, titled};
-use crate::scene::description::{Colour, DirectionalLight, Falloff, Light, PointLight, SpotLight};
+use crate::scene::description::{Colour, DirectionalLight, Falloff, Light, PointLight, SpotLight, Transform};
 use crate::scene::error::{Error, ErrorKind};
 
 impl Importer {
@@ -25,8 +25,8 @@ impl Importer {
         let direction: [f64; 3] = to_world.transform_vector3(DVec3::NEG_Z).into();
         let name = light.name.clone();
         Ok(match light.kind.as_str() {
-            "point" => Light::Point(PointLight { name, position, intensity: colour }),
-            "directional" => Light::Directional(DirectionalLight { name, direction, irradiance: colour }),
+            "point" => Light::Point(PointLight { name, position, intensity: colour, to_world: Transform::default() }),
+            "directional" => Light::Directional(DirectionalLight { name, direction, irradiance: colour, to_world: Transform::default() }),
             "spot" => {
                 let spot = light.spot.as_ref().ok_or_else(|| fault("no spot".to_string(), "the angles of its cone"))?;
                 let outer = spot.outer_cone_angle.unwrap_or(std::f64::consts::FRAC_PI_4).to_degrees();
@@ -39,6 +39,7 @@ impl Importer {
                     inner_angle: inner,
                     outer_angle: outer,
                     falloff: Falloff::Quadratic,
+                    to_world: Transform::default(),
                 })
             }
             other => return Err(fault(format!("type {other:?}"), "directional, point or spot")),

@@ -68,6 +68,7 @@ pub(in crate::scene) fn import(bytes: &[u8], file: &str, assets: &dyn Assets) ->
         lights: walk.lights,
         environment,
         medium: None,
+        animation: None,
     };
     description.validate(file)?;
     let mut made = importer.meshes.made;

@@ -17,5 +17,5 @@ pub(super) fn textured() -> Geometry {
     let positions = CORNERS.concat();
     let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].repeat(6);
     let indices = (0..6).flat_map(|face| [[4 * face, 4 * face + 1, 4 * face + 2], [4 * face + 3, 4 * face, 4 * face + 2]]).collect();
-    Geometry::Mesh(MeshInline { positions, indices, normals: None, uvs: Some(uvs), colours: None })
+    Geometry::Mesh(MeshInline { positions, indices, normals: None, uvs: Some(uvs), ..MeshInline::default() })
 }

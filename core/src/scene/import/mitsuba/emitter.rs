@@ -59,7 +59,7 @@ impl<'a> Context<'a> {
             Some(position) => position,
             None => self.to_world(element)?.matrix().w_axis.truncate().to_array(),
         };
-        Ok(Light::Point(PointLight { name: Context::light_name(element), position, intensity }))
+        Ok(Light::Point(PointLight { name: Context::light_name(element), position, intensity, to_world: Transform::default() }))
     }
 
     fn spot_light(&mut self, element: &'a Element) -> Result<Light, Error> {
@@ -78,6 +78,7 @@ impl<'a> Context<'a> {
             inner_angle,
             outer_angle,
             falloff: Falloff::Linear,
+            to_world: Transform::default(),
         }))
     }
 
@@ -87,7 +88,12 @@ impl<'a> Context<'a> {
             Some(direction) => direction,
             None => self.to_world(element)?.matrix().z_axis.truncate().to_array(),
         };
-        Ok(Light::Directional(DirectionalLight { name: Context::light_name(element), direction, irradiance }))
+        Ok(Light::Directional(DirectionalLight {
+            name: Context::light_name(element),
+            direction,
+            irradiance,
+            to_world: Transform::default(),
+        }))
     }
 
     /// In Mitsuba's image −Z lies at the left edge, in ours in the middle: half a turn about the vertical lies between the two.

@@ -131,6 +131,7 @@ impl<'a> Scene<'a> {
             lights: context.lights,
             environment: context.environment,
             medium: context.around,
+            animation: None,
         };
         description.validate(file).map_err(|fault| locate(fault, &context.origins))?;
         Ok(Imported { description, made: context.made, report: context.report })

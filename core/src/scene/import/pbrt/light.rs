@@ -27,7 +27,12 @@ impl Importer<'_> {
                 let intensity = self.emitted(parameters, "I")?;
                 let scale = power(parameters, 4.0 * PI)?.map_or(scale, |power| power * scale);
                 let position = self.state.ctm.transform_point3(parameters.vector_or("from", [0.0; 3])?.into()).into();
-                self.described.lights.push(Light::Point(PointLight { name, position, intensity: times(intensity, scale) }));
+                self.described.lights.push(Light::Point(PointLight {
+                    name,
+                    position,
+                    intensity: times(intensity, scale),
+                    to_world: Transform::default(),
+                }));
             }
             "spot" => {
                 let intensity = self.emitted(parameters, "I")?;
@@ -45,13 +50,19 @@ impl Importer<'_> {
                     inner_angle: inner,
                     outer_angle: outer,
                     falloff: Falloff::Smoothstep,
+                    to_world: Transform::default(),
                 }));
             }
             "distant" => {
                 let radiance = self.emitted(parameters, "L")?;
                 let scale = parameters.number("illuminance")?.filter(|lux| *lux > 0.0).map_or(scale, |lux| lux * scale);
                 let (_, direction) = self.beam(parameters)?;
-                self.described.lights.push(Light::Directional(DirectionalLight { name, direction, irradiance: times(radiance, scale) }));
+                self.described.lights.push(Light::Directional(DirectionalLight {
+                    name,
+                    direction,
+                    irradiance: times(radiance, scale),
+                    to_world: Transform::default(),
+                }));
             }
             "infinite" => self.infinite(parameters, scale)?,
             _ => self.note(parameters, "left out: a light that is not here"),

@@ -233,6 +233,7 @@ impl<'a> Importer<'a> {
             lights: parts.lights,
             environment: self.environment,
             medium: self.camera_medium,
+            animation: None,
         };
         description.validate(self.file)?;
         Ok(Imported { description, made: self.made, report: self.report })

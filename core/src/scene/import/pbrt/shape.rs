@@ -361,7 +361,7 @@ fn inline(mesh: &Mesh) -> MeshInline {
         indices: mesh.triangles.clone(),
         normals: vectors(&mesh.normals),
         uvs: (!mesh.uvs.is_empty()).then(|| mesh.uvs.iter().map(|uv| uv.to_array()).collect()),
-        colours: None,
+        ..MeshInline::default()
     }
 }
 
