@@ -97,7 +97,7 @@ fn instances_are_where_their_transform_puts_them() {
     let mesh = ball(Vec3::ZERO, 1.0, 8);
     let baked = WorldBuilder { meshes: vec![(mesh.clone().transformed(&map), ShapeId(0))], ..WorldBuilder::default() }.build();
     let placed = WorldBuilder {
-        groups: vec![Group::build(vec![(mesh, ShapeId(0))], Vec::new())],
+        groups: vec![Group::build(vec![(mesh, ShapeId(0))], Vec::new()).into()],
         instances: vec![Instance { group: 0, to_world: map }],
         ..WorldBuilder::default()
     }

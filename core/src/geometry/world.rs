@@ -9,6 +9,7 @@ use super::surface::SurfacePoint;
 use super::triangle::{Packet, Sheared};
 use crate::math::{Ray, Transform, Vec2, Vec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Index of a shape in the scene's table of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -179,8 +180,8 @@ pub struct Instance {
 /// All geometry, ready to be traced.
 #[derive(Clone, Debug, Default)]
 pub struct World {
-    own: Group,
-    groups: Vec<Group>,
+    own: Arc<Group>,
+    groups: Vec<Arc<Group>>,
     instances: Vec<Instance>,
     instance_tree: Tree,
 }
@@ -192,8 +193,10 @@ pub struct WorldBuilder {
     pub meshes: Vec<(Mesh, ShapeId)>,
     /// Surfaces given by a formula, in world space.
     pub analytic: Vec<(Analytic, ShapeId)>,
+    /// What stands in the world and was built before, in the place of `meshes` and `analytic`.
+    pub built: Option<Arc<Group>>,
     /// Groups to be instanced.
-    pub groups: Vec<Group>,
+    pub groups: Vec<Arc<Group>>,
     /// Placed groups; a group inside a group is placed by the product of their transforms.
     pub instances: Vec<Instance>,
 }
@@ -211,7 +214,8 @@ impl WorldBuilder {
             })
             .collect();
         let instance_tree = Tree::build(&boxes, 1, only);
-        World { own: Group::build(self.meshes, self.analytic), groups: self.groups, instances: self.instances, instance_tree }
+        let own = self.built.unwrap_or_else(|| Arc::new(Group::build(self.meshes, self.analytic)));
+        World { own, groups: self.groups, instances: self.instances, instance_tree }
     }
 }
 
@@ -219,6 +223,11 @@ impl World {
     /// Bounds of everything.
     pub fn bounds(&self) -> Bounds {
         self.own.bounds().union(self.instance_tree.bounds())
+    }
+
+    /// What stands in the world itself, to be shared with another world.
+    pub fn own(&self) -> Arc<Group> {
+        self.own.clone()
     }
 
     /// The nearest surface within the ray's reach.

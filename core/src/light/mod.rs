@@ -17,6 +17,8 @@ pub use environment::Environment;
 pub use image::ImageEnvironment;
 pub use sky::Sky;
 
+use std::sync::Arc;
+
 use crate::geometry::Bounds;
 use crate::math::{PI, Vec3};
 use crate::spectrum::Spectrum;
@@ -38,7 +40,7 @@ pub enum Light {
     /// Everything that rays without a surface see, the same everywhere.
     Environment(Environment),
     /// The same from an image.
-    Image(Box<ImageEnvironment>),
+    Image(Arc<ImageEnvironment>),
 }
 
 /// A point of a light as the end of a path: it does not depend on where it is seen from.

@@ -1,5 +1,7 @@
 //! Closed forms of what lights give, and samples against their densities.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::math::{Frame, sin_cos};
 use crate::sampling::{Dimension, SampleKey, SampleStream};
@@ -45,7 +47,7 @@ fn surroundings_give_their_closed_form() {
     // Radiance 4 above the horizon and none below; rows blend only at the horizon, where the cosine is small.
     let texels = (0..64 * 32).map(|k| Spectrum::grey(if k < 64 * 16 { 4.0 } else { 0.0 })).collect();
     let image = ImageEnvironment::new(64, 32, texels, Frame::WORLD).unwrap();
-    let image = irradiance(Light::Image(Box::new(image)), Vec3::ZERO);
+    let image = irradiance(Light::Image(Arc::new(image)), Vec3::ZERO);
     assert!((image / (4.0 * pi) - 1.0).abs() < 5e-3, "{image}");
     // A disk of radius 1 at height 1: E = π L r²/(r² + h²).
     let disk = crate::geometry::Disk { centre: Vec3::Y, x: Vec3::X, y: Vec3::Z };

@@ -1,26 +1,33 @@
 //! From the description to the scene that transport reads: files are opened, transforms applied, groups placed, lights gathered.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::DMat4;
 
+use super::animate::Motion;
 use super::assets::Assets;
 use super::description::{self, Colour, Geometry, SceneDescription};
 use super::error::{Error, ErrorKind};
-use super::mesh::{self, MeshFormat};
+use super::mesh::MeshFormat;
 use super::runtime::{Boundary, Scene, Shape};
 use crate::geometry::{Analytic, Group, Instance, Mesh, ShapeId, WorldBuilder};
 use crate::light::{AreaLight, Emitter, Light, Lights};
+use crate::material::Material;
 use crate::math::{Transform, Vec2, Vec3};
 use crate::spectrum::Spectrum;
 use crate::texture::ColourInput;
 
 mod analytic;
 mod camera;
+mod kept;
 mod light;
 mod material;
 mod medium;
 mod texture;
+
+pub(super) use kept::Kept;
+use kept::Surfaces;
 
 /// The name that errors carry for faults of the description itself; those of its files carry the file's name.
 const DESCRIPTION: &str = "scene";
@@ -32,53 +39,26 @@ impl Scene {
     /// The description is invalid (it is checked again here, since it may come from elsewhere than a file), or a file of it is missing or faulty.
     pub fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Scene, Error> {
         description.validate(DESCRIPTION)?;
-        if !description.is_still() {
-            return Scene::compile(&description.at(0.0)?, assets);
-        }
-        let textures = texture::compile(description, assets)?;
-        let materials = material::compile(description, &textures)?;
-        let sensor = camera::sensor(&description.camera, &description.film)?;
-        let mut compiler = Compiler::new(description, assets, &textures);
-        let mut builder = WorldBuilder::default();
-        let groups = compiler.groups(&mut builder)?;
-        for (index, shape) in description.shapes.iter().enumerate() {
-            let path = format!("shapes[{index}]");
-            if let Geometry::Instance(instance) = &shape.geometry {
-                compiler.place(&instance.of, shape.to_world.matrix(), &groups, &path, &mut builder.instances)?;
-            } else {
-                let shape = compiler.shape(shape, &path)?;
-                shape.put(&mut builder.meshes, &mut builder.analytic);
-            }
-        }
-        let world = builder.build();
-        compiler.lights.extend(light::compile(description, assets)?);
-        let radius = world.bounds().radius();
-        Ok(Scene {
-            shapes: compiler.shapes,
-            materials,
-            boundaries: compiler.boundaries,
-            media: medium::compile(description),
-            around: medium::id(description, description.medium.as_ref()),
-            lights: Lights::new(compiler.lights, radius),
-            sensor,
-            world,
-        })
+        let still;
+        let description = if description.is_still() {
+            description
+        } else {
+            still = description.at(0.0)?;
+            &still
+        };
+        instant(description, &Motion::default(), &mut Kept::default(), assets)
     }
 }
 
-/// A shape's geometry in the frame of the world or its group.
-enum Placed {
-    Mesh(Mesh, ShapeId),
-    Analytic(Analytic, ShapeId),
-}
-
-impl Placed {
-    fn put(self, meshes: &mut Vec<(Mesh, ShapeId)>, analytic: &mut Vec<(Analytic, ShapeId)>) {
-        match self {
-            Placed::Mesh(mesh, id) => meshes.push((mesh, id)),
-            Placed::Analytic(surface, id) => analytic.push((surface, id)),
-        }
-    }
+/// Compiles one instant of a scene. `motion` tells what stands elsewhere at another instant, `kept` holds what the others have built.
+///
+/// Shapes, groups and instances get the same numbers at all instants.
+pub(super) fn instant(still: &SceneDescription, motion: &Motion, kept: &mut Kept, assets: &dyn Assets) -> Result<Scene, Error> {
+    kept.surfaces(still, assets)?;
+    let Surfaces { textures, materials, .. } = kept.surfaces.take().unwrap_or_default();
+    let scene = Compiler::new(still, assets, &textures, kept).scene(motion, &materials);
+    kept.surfaces = Some(Surfaces { textures, materials, of: (still.textures.clone(), still.materials.clone()) });
+    scene
 }
 
 struct Compiler<'a> {
@@ -86,40 +66,69 @@ struct Compiler<'a> {
     assets: &'a dyn Assets,
     /// Materials are numbered in the order of their names.
     materials: BTreeMap<&'a str, u32>,
-    /// Mesh files, read once each however often they are used.
-    files: BTreeMap<(&'a str, MeshFormat, u8), Mesh>,
     textures: &'a texture::Textures,
+    kept: &'a mut Kept,
     shapes: Vec<Shape>,
     boundaries: Vec<Boundary>,
     lights: Vec<Light>,
 }
 
 impl<'a> Compiler<'a> {
-    fn new(description: &'a SceneDescription, assets: &'a dyn Assets, textures: &'a texture::Textures) -> Compiler<'a> {
+    fn new(description: &'a SceneDescription, assets: &'a dyn Assets, textures: &'a texture::Textures, kept: &'a mut Kept) -> Compiler<'a> {
         let materials = description.materials.keys().map(String::as_str).zip(0..).collect();
-        Compiler {
-            description,
-            assets,
-            materials,
-            files: BTreeMap::new(),
-            textures,
-            shapes: Vec::new(),
-            boundaries: Vec::new(),
-            lights: Vec::new(),
+        Compiler { description, assets, materials, textures, kept, shapes: Vec::new(), boundaries: Vec::new(), lights: Vec::new() }
+    }
+
+    fn scene(mut self, motion: &Motion, materials: &[Material]) -> Result<Scene, Error> {
+        let description = self.description;
+        let sensor = camera::sensor(&description.camera, &description.film)?;
+        let mut builder = WorldBuilder { built: self.kept.own.clone(), ..WorldBuilder::default() };
+        let groups = self.groups(motion, &mut builder)?;
+        for (index, shape) in description.shapes.iter().enumerate() {
+            let path = format!("shapes[{index}]");
+            if let Geometry::Instance(instance) = &shape.geometry {
+                self.place(&instance.of, shape.to_world.matrix(), &groups, &path, &mut builder.instances)?;
+            } else if motion.moved.contains(&index) || motion.deformed.contains(&index) {
+                self.moving(shape, &path, motion.deformed.contains(&index), &mut builder)?;
+            } else if let Some(placed) = self.shape(shape, &path, builder.built.is_some())? {
+                placed.put(&mut builder.meshes, &mut builder.analytic);
+            }
         }
+        let world = builder.build();
+        self.kept.own = Some(world.own());
+        self.lights.extend(light::compile(description, self.assets, &mut self.kept.environment)?);
+        let radius = world.bounds().radius();
+        Ok(Scene {
+            shapes: self.shapes,
+            materials: materials.to_vec(),
+            boundaries: self.boundaries,
+            media: medium::compile(description),
+            around: medium::id(description, description.medium.as_ref()),
+            lights: Lights::new(self.lights, radius),
+            sensor,
+            world,
+        })
     }
 
     /// Builds every group that holds shapes of its own, and says which number it got.
-    fn groups(&mut self, builder: &mut WorldBuilder) -> Result<BTreeMap<&'a str, u32>, Error> {
+    fn groups(&mut self, motion: &Motion, builder: &mut WorldBuilder) -> Result<BTreeMap<&'a str, u32>, Error> {
         let mut numbers = BTreeMap::new();
         for (name, shapes) in &self.description.groups {
+            let built = self.kept.groups.get(name).filter(|_| !motion.groups.contains(name)).cloned();
             let (mut meshes, mut analytic) = (Vec::new(), Vec::new());
-            for (index, shape) in shapes.iter().enumerate().filter(|(_, shape)| !matches!(shape.geometry, Geometry::Instance(_))) {
-                self.shape(shape, &format!("groups.{name}[{index}]"))?.put(&mut meshes, &mut analytic);
+            let own = shapes.iter().enumerate().filter(|(_, shape)| !matches!(shape.geometry, Geometry::Instance(_)));
+            let mut any = false;
+            for (index, shape) in own {
+                any = true;
+                if let Some(placed) = self.shape(shape, &format!("groups.{name}[{index}]"), built.is_some())? {
+                    placed.put(&mut meshes, &mut analytic);
+                }
             }
-            if !meshes.is_empty() || !analytic.is_empty() {
+            if any {
                 numbers.insert(name.as_str(), builder.groups.len() as u32);
-                builder.groups.push(Group::build(meshes, analytic));
+                let group = built.unwrap_or_else(|| Arc::new(Group::build(meshes, analytic)));
+                self.kept.groups.insert(name.clone(), group.clone());
+                builder.groups.push(group);
             }
         }
         Ok(numbers)
@@ -138,28 +147,43 @@ impl<'a> Compiler<'a> {
         Ok(())
     }
 
-    /// One shape that is no instance: its geometry, its entry in the table, its light.
-    fn shape(&mut self, shape: &'a description::Shape, path: &str) -> Result<Placed, Error> {
-        let to_world = transform(shape.to_world.matrix(), &format!("{path}.to_world"))?;
+    /// A shape that moves is a group of its own. Triangles that only stand elsewhere are built once, in their own frame; lights
+    /// need them in the world's, and what a formula gives is as soon built anew.
+    fn moving(&mut self, shape: &'a description::Shape, path: &str, deformed: bool, builder: &mut WorldBuilder) -> Result<(), Error> {
+        let rigid = !deformed && shape.emission.is_none() && analytic::is_mesh(&shape.geometry);
         let id = ShapeId(self.shapes.len() as u32);
-        let placed = match analytic::compile(self.description, shape, &to_world, path)? {
-            Some(surface) => Placed::Analytic(surface, id),
-            None => {
-                let geometry = &shape.geometry;
-                let mut mesh = self.mesh(geometry)?.transformed(&to_world);
-                if shape.flip_normals {
-                    mesh = mesh.flipped();
+        let (group, to_world) = if rigid {
+            self.shape(shape, path, true)?;
+            let to_world = transform(shape.to_world.matrix(), &format!("{path}.to_world"))?;
+            let group = match self.kept.rigid.get(&id.0) {
+                Some(group) => group.clone(),
+                None => {
+                    let mesh = self.mesh(&shape.geometry)?;
+                    let mesh = if shape.flip_normals { mesh.flipped() } else { mesh };
+                    check(&mesh, path)?;
+                    let group = Arc::new(Group::build(vec![(mesh, id)], Vec::new()));
+                    self.kept.rigid.insert(id.0, group.clone());
+                    group
                 }
-                let turned = to_world.mirrors() != shape.flip_normals;
-                if turned && matches!(geometry, Geometry::Rectangle) {
-                    // Keeps the two halves in the order that lets a light know the rectangle for a parallelogram.
-                    mesh.triangles.reverse();
-                }
-                mesh.check().map_err(|fault| Error::new(ErrorKind::Invalid, DESCRIPTION, path, fault.to_string(), "numbers that fit"))?;
-                Placed::Mesh(mesh, id)
+            };
+            (group, to_world)
+        } else {
+            let (mut meshes, mut analytic) = (Vec::new(), Vec::new());
+            if let Some(placed) = self.shape(shape, path, false)? {
+                placed.put(&mut meshes, &mut analytic);
             }
+            (Arc::new(Group::build(meshes, analytic)), Transform::IDENTITY)
         };
-        let light = self.light(shape, &placed, path)?;
+        builder.instances.push(Instance { group: builder.groups.len() as u32, to_world });
+        builder.groups.push(group);
+        Ok(())
+    }
+
+    /// One shape that is no instance: its entry in the table, its light, and its geometry unless a tree that holds it was `built` before.
+    fn shape(&mut self, shape: &'a description::Shape, path: &str, built: bool) -> Result<Option<Placed>, Error> {
+        let id = ShapeId(self.shapes.len() as u32);
+        let placed = if built { None } else { Some(self.geometry(shape, id, path)?) };
+        let light = self.light(shape, placed.as_ref(), id, path)?;
         let material = shape.material.as_deref().and_then(|name| self.materials.get(name)).copied().unwrap_or_default();
         let boundary = medium::boundary(self.description, shape, self.textures).map(|boundary| {
             self.boundaries.push(boundary);
@@ -169,17 +193,45 @@ impl<'a> Compiler<'a> {
         Ok(placed)
     }
 
-    fn light(&mut self, shape: &description::Shape, placed: &Placed, path: &str) -> Result<Option<u32>, Error> {
+    /// A shape's geometry in the frame of the world or its group.
+    fn geometry(&mut self, shape: &'a description::Shape, id: ShapeId, path: &str) -> Result<Placed, Error> {
+        let to_world = transform(shape.to_world.matrix(), &format!("{path}.to_world"))?;
+        if let Some(surface) = analytic::compile(self.description, shape, &to_world, path)? {
+            return Ok(Placed::Analytic(surface, id));
+        }
+        let geometry = &shape.geometry;
+        let mut mesh = self.mesh(geometry)?.transformed(&to_world);
+        if shape.flip_normals {
+            mesh = mesh.flipped();
+        }
+        let turned = to_world.mirrors() != shape.flip_normals;
+        if turned && matches!(geometry, Geometry::Rectangle) {
+            // Keeps the two halves in the order that lets a light know the rectangle for a parallelogram.
+            mesh.triangles.reverse();
+        }
+        check(&mesh, path)?;
+        Ok(Placed::Mesh(mesh, id))
+    }
+
+    fn light(&mut self, shape: &'a description::Shape, placed: Option<&Placed>, id: ShapeId, path: &str) -> Result<Option<u32>, Error> {
         let Some(emission) = shape.emission.as_ref().filter(|emission| !emission.radiance.is_black()) else { return Ok(None) };
         let radiance = texture::colour(&emission.radiance, self.textures);
-        let emitter = match placed {
-            Placed::Analytic(surface, _) => Some(Emitter::Analytic(*surface)),
-            Placed::Mesh(mesh, _) => Emitter::from_mesh(mesh, matches!(radiance, ColourInput::Texture(_))),
+        let known = if placed.is_none() { self.kept.emitters.get(&id.0).cloned() } else { None };
+        let emitter = match known {
+            Some(emitter) => emitter,
+            None => {
+                let made = match placed {
+                    Some(placed) => emitter(placed, &radiance),
+                    None => emitter(&self.geometry(shape, id, path)?, &radiance),
+                };
+                let made = made.ok_or_else(|| {
+                    let path = format!("{path}.emission");
+                    Error::new(ErrorKind::Invalid, DESCRIPTION, &path, "emission from a surface without area", "a surface with some area")
+                })?;
+                self.kept.emitters.insert(id.0, made.clone());
+                made
+            }
         };
-        let emitter = emitter.ok_or_else(|| {
-            let path = format!("{path}.emission");
-            Error::new(ErrorKind::Invalid, DESCRIPTION, &path, "emission from a surface without area", "a surface with some area")
-        })?;
         self.lights.push(Light::Area(AreaLight { radiance, two_sided: emission.two_sided, emitter }));
         Ok(Some(self.lights.len() as u32 - 1))
     }
@@ -195,14 +247,34 @@ impl<'a> Compiler<'a> {
             // None of these is made of triangles, and none is asked for here.
             Geometry::Sphere(_) | Geometry::Disk | Geometry::Cylinder(_) | Geometry::Instance(_) => return Ok(Mesh::default()),
         };
-        let key = (file.file.as_str(), format, file.normals as u8);
-        if let Some(mesh) = self.files.get(&key) {
-            return Ok(mesh.clone());
-        }
-        let mesh = mesh::read(self.assets, &file.file, format, file.normals)?;
-        self.files.insert(key, mesh.clone());
-        Ok(mesh)
+        self.kept.file(&file.file, format, file.normals, self.assets)
     }
+}
+
+/// A shape's geometry in the frame of the world or its group.
+enum Placed {
+    Mesh(Mesh, ShapeId),
+    Analytic(Analytic, ShapeId),
+}
+
+impl Placed {
+    fn put(self, meshes: &mut Vec<(Mesh, ShapeId)>, analytic: &mut Vec<(Analytic, ShapeId)>) {
+        match self {
+            Placed::Mesh(mesh, id) => meshes.push((mesh, id)),
+            Placed::Analytic(surface, id) => analytic.push((surface, id)),
+        }
+    }
+}
+
+fn emitter(placed: &Placed, radiance: &ColourInput) -> Option<Emitter> {
+    match placed {
+        Placed::Analytic(surface, _) => Some(Emitter::Analytic(*surface)),
+        Placed::Mesh(mesh, _) => Emitter::from_mesh(mesh, matches!(radiance, ColourInput::Texture(_))),
+    }
+}
+
+fn check(mesh: &Mesh, path: &str) -> Result<(), Error> {
+    mesh.check().map_err(|fault| Error::new(ErrorKind::Invalid, DESCRIPTION, path, fault.to_string(), "numbers that fit"))
 }
 
 /// What the description can say and this renderer cannot do.

@@ -14,6 +14,7 @@ pub mod limits;
 mod mesh;
 pub mod read;
 mod runtime;
+mod stage;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -24,3 +25,4 @@ pub use error::{Error, ErrorKind};
 pub use exposure::{Exposure, Instants};
 pub use read::{Loaded, load};
 pub use runtime::{Boundary, Scene, Shape};
+pub use stage::Stage;

@@ -224,7 +224,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, Scene)> {
                     towards: p(0.4, 0.8, -0.4).normalize(),
                     irradiance: Spectrum::rgb(2.0, 1.8, 1.5),
                 }))
-                .light(Light::Image(Box::new(sky())))
+                .light(Light::Image(Arc::new(sky())))
                 .seen(0.5, 0.0),
         ),
         (

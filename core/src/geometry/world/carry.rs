@@ -91,7 +91,8 @@ mod tests {
         WorldBuilder {
             meshes: vec![(triangle(to), ShapeId(0))],
             analytic: analytic.into_iter().zip([1, 2, 3].map(ShapeId)).collect(),
-            groups: vec![Group::build(vec![(triangle(&Transform::IDENTITY), ShapeId(4))], Vec::new())],
+            built: None,
+            groups: vec![Group::build(vec![(triangle(&Transform::IDENTITY), ShapeId(4))], Vec::new()).into()],
             instances: vec![Instance { group: 0, to_world: to.after(&aside) }],
         }
         .build()

@@ -14,6 +14,7 @@ use super::error::{Error, ErrorKind};
 use target::{Element, Step};
 
 mod deform;
+mod motion;
 mod node;
 pub(super) mod target;
 #[cfg(test)]
@@ -21,6 +22,7 @@ mod tests;
 pub(super) mod track;
 
 pub(super) use deform::check as check_deformation;
+pub(super) use motion::Motion;
 pub(super) use node::Frames;
 
 /// The name that errors carry.

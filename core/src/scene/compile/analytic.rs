@@ -8,6 +8,14 @@ use crate::math::{Frame, Transform};
 use crate::scene::description::{Cylinder, Geometry, SceneDescription, Shape, Sphere};
 use crate::scene::error::{Error, ErrorKind};
 
+/// Whether a geometry is made of triangles.
+pub(super) fn is_mesh(geometry: &Geometry) -> bool {
+    match geometry {
+        Geometry::Rectangle | Geometry::Cube | Geometry::Mesh(_) | Geometry::Obj(_) | Geometry::Ply(_) => true,
+        Geometry::Sphere(_) | Geometry::Disk | Geometry::Cylinder(_) | Geometry::Instance(_) => false,
+    }
+}
+
 /// The surface of a geometry that is given by a formula; `None` for any other.
 pub(super) fn compile(scene: &SceneDescription, shape: &Shape, to_world: &Transform, path: &str) -> Result<Option<Analytic>, Error> {
     let matrix = shape.to_world.matrix();

@@ -1,5 +1,7 @@
 //! Lights that are no surfaces.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec3};
 
 use super::{DESCRIPTION, spectrum};
@@ -12,19 +14,32 @@ use crate::scene::image;
 use crate::spectrum::Spectrum;
 use crate::texture::{Texels, srgb_to_linear};
 
+/// An environment that was compiled before, with its light.
+pub(super) type KnownEnvironment = Option<(description::Environment, Option<Light>)>;
+
 /// The lights without a surface, in the order of the description, the environment last. Black ones are no lights.
-pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Vec<Light>, Error> {
+pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets, known: &mut KnownEnvironment) -> Result<Vec<Light>, Error> {
     let mut lights: Vec<Light> = description.lights.iter().filter(|light| !emits(light).is_black()).map(one).collect();
     if let Some(environment) = description.environment.as_ref().filter(|environment| !environment.is_black()) {
-        if let Some(radiance) = environment.radiance {
-            lights.push(Light::Environment(Environment { radiance: spectrum(radiance) }));
-        } else if let Some(image) = &environment.image {
-            lights.extend(image_environment(image, assets)?);
-        } else if let Some(sky) = &environment.sky {
-            lights.extend(self::sky(sky)?);
-        }
+        lights.extend(match known {
+            Some((described, light)) if described == environment => light.clone(),
+            _ => known.insert((environment.clone(), self::environment(environment, assets)?)).1.clone(),
+        });
     }
     Ok(lights)
+}
+
+/// The light of an environment; none where it is black.
+fn environment(environment: &description::Environment, assets: &dyn Assets) -> Result<Option<Light>, Error> {
+    Ok(if let Some(radiance) = environment.radiance {
+        Some(Light::Environment(Environment { radiance: spectrum(radiance) }))
+    } else if let Some(image) = &environment.image {
+        image_environment(image, assets)?
+    } else if let Some(sky) = &environment.sky {
+        self::sky(sky)?
+    } else {
+        None
+    })
 }
 
 fn emits(light: &description::Light) -> Colour {
@@ -85,7 +100,7 @@ fn image_environment(image: &EnvironmentImage, assets: &dyn Assets) -> Result<Op
     }
     let axes = axes(&image.to_world, "environment.image.to_world")?;
     let environment = ImageEnvironment::new(pixels.width, pixels.height, texels, axes);
-    Ok(environment.map(|environment| Light::Image(Box::new(environment))))
+    Ok(environment.map(|environment| Light::Image(Arc::new(environment))))
 }
 
 /// The light of a sky and its sun; none where both are black.
@@ -97,7 +112,7 @@ fn sky(sky: &description::Sky) -> Result<Option<Light>, Error> {
         sky_scale: sky.sky_scale,
         sun_scale: sky.sun_scale,
     };
-    Ok(sky.environment(axes).map(|environment| Light::Image(Box::new(environment))))
+    Ok(sky.environment(axes).map(|environment| Light::Image(Arc::new(environment))))
 }
 
 /// World directions of the axes of an environment.

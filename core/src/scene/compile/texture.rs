@@ -13,16 +13,17 @@ use crate::texture::{Bitmap, Checkerboard, ColourInput, Pixels, ScalarInput, Tex
 /// Textures by name.
 pub(super) type Textures = BTreeMap<String, Arc<Texture>>;
 
+/// Image files, read once each however often they are used.
+pub(super) type Images = BTreeMap<String, Arc<Pixels>>;
+
 /// Compiles every texture; those that others are made of come first.
-pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets) -> Result<Textures, Error> {
+pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets, images: &mut Images) -> Result<Textures, Error> {
     let mut textures = Textures::new();
-    // Image files, read once each however often they are used.
-    let mut images = BTreeMap::new();
     // The check of the description has ruled out circles, so each round finishes at least one more.
     while textures.len() < description.textures.len() {
         for (name, texture) in &description.textures {
             if !textures.contains_key(name) && texture.parts().iter().all(|part| textures.contains_key(*part)) {
-                let compiled = one(texture, &textures, &mut images, assets)?;
+                let compiled = one(texture, &textures, images, assets)?;
                 textures.insert(name.clone(), Arc::new(compiled));
             }
         }
@@ -30,12 +31,7 @@ pub(super) fn compile(description: &SceneDescription, assets: &dyn Assets) -> Re
     Ok(textures)
 }
 
-fn one(
-    texture: &description::Texture,
-    textures: &Textures,
-    images: &mut BTreeMap<String, Arc<Pixels>>,
-    assets: &dyn Assets,
-) -> Result<Texture, Error> {
+fn one(texture: &description::Texture, textures: &Textures, images: &mut Images, assets: &dyn Assets) -> Result<Texture, Error> {
     Ok(match texture {
         description::Texture::Bitmap(bitmap) => {
             let pixels = match images.get(&bitmap.file) {
