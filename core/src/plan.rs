@@ -1,5 +1,6 @@
 //! The plan of a job: which technique, shift, planes and reconstruction, resolved from what the scene calls for and what was asked.
 
+mod exposure;
 mod guide;
 mod passes;
 mod resolve;
