@@ -76,7 +76,7 @@ fn right_hand_side(m: &Measurements, channel: usize, screen: f64) -> Vec<f64> {
 }
 
 /// Eigenvalues 4 sin²(πk / 2n) of the one-dimensional Neumann Laplacian.
-fn eigenvalues(n: usize) -> Vec<f64> {
+pub(super) fn eigenvalues(n: usize) -> Vec<f64> {
     (0..n)
         .map(|k| {
             let s = libm::sin(std::f64::consts::PI * k as f64 / (2 * n) as f64);

@@ -29,6 +29,7 @@ mod stencil;
 mod together;
 mod variances;
 mod weighted;
+pub mod window;
 
 pub use denoise::{Denoise, denoiser, install_denoiser};
 pub use error::ErrorEstimate;
@@ -206,6 +207,45 @@ pub enum ReconstructError {
     Denoiser {
         /// What it complained of.
         fault: String,
+    },
+    /// Moments cannot be solved for together by it.
+    #[error("reconstruction `{wanted}` does not know time: use `l2`, `weighted-l2`, `l1` or `none`")]
+    NoWindows {
+        /// The reconstruction's name.
+        wanted: &'static str,
+    },
+    /// A moment has one half only, so it shares no random numbers with the moments beside it.
+    #[error("a window needs moments with samples in both halves: half A goes with the moment before, half B with the one after")]
+    NoSharedSeeds,
+    /// A moment is not one film or two.
+    #[error("a moment has one film or two independent ones, all moments of a window alike; found {found}")]
+    Copies {
+        /// How many there were.
+        found: usize,
+    },
+    /// Images that belong together differ in size.
+    #[error("found {} × {} pixels where {} × {} were expected", found.width, found.height, expected.width, expected.height)]
+    Sizes {
+        /// What there was.
+        found: Extent,
+        /// What goes with the others.
+        expected: Extent,
+    },
+    /// Windows say different things of one moment.
+    #[error("found {found} images in what a window says of a moment where others have {expected}")]
+    Shares {
+        /// How many there were.
+        found: usize,
+        /// How many the others have.
+        expected: usize,
+    },
+    /// Motion leads out of the image, or between pixels.
+    #[error("motion at pixel ({}, {}): found {} columns and {} rows, expected whole numbers that lead to a pixel", pixel[0], pixel[1], found[0], found[1])]
+    Motion {
+        /// Where.
+        pixel: [u32; 2],
+        /// The displacement.
+        found: [f32; 2],
     },
     /// The weight of the primal is not usable.
     #[error("alpha must be finite and greater than 0, found {found}")]

@@ -1,0 +1,121 @@
+//! Reconstruction of several moments of an animation together: a screened Poisson problem in space and time.
+//!
+//! Half B of a moment and half A of the next one are drawn with the same random numbers, so dt(q) = A_{t+1}(q) − B_t(p) tells with little noise
+//! how the image changes from a pixel p to its partner q in the next moment; differences of spatial differences alike. The images I_t of a
+//! window of moments minimise
+//!
+//! Σ_t α²|I_t − P_t|² + |∇I_t − G_t|² + Σ_t w_t²|D_t I − dt|² + w_m²|D_t ∇I − ddt|²,
+//!
+//! with D_t I(q) = I_{t+1}(q) − I_t(p). Windows overlap; what each says of a moment is weighted, and the sum is the frame.
+//!
+//! # Source
+//! Manzi, Kettunen, Durand, Zwicker and Lehtinen, "Temporal Gradient-Domain Path Tracing", ACM TOG 35(6), 2016.
+
+mod difference;
+mod l2;
+mod links;
+mod moment;
+mod share;
+mod spectral;
+mod weights;
+mod windows;
+
+pub use moment::{CopyFilm, MomentFilm};
+pub use share::{Share, blend, finish};
+pub use windows::Windows;
+
+use super::{Reconstruct, ReconstructError, ReconstructionKind, SolveReport, merge};
+use crate::film::Image;
+use links::Links;
+
+/// The images of a window's moments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WindowSolution {
+    /// What the window says of each moment, in their order.
+    pub moments: Vec<Share>,
+    /// How the solve went.
+    pub report: SolveReport,
+}
+
+/// Solves for the images of a row of moments together. Without `alpha` the noise of the measurements decides how much primals count, for each
+/// copy that of the other one.
+///
+/// # Errors
+/// If `kind` does not take windows, `alpha` is not usable, moments differ in size or in their copies, motion leads out of the image, or a
+/// solve diverges.
+pub fn solve(moments: &[&MomentFilm], kind: ReconstructionKind, alpha: Option<f32>) -> Result<WindowSolution, ReconstructError> {
+    if let Some(found) = alpha.filter(|alpha| !(*alpha > 0.0 && alpha.is_finite())) {
+        return Err(ReconstructError::Alpha { found });
+    }
+    let method = super::method(kind).filter(|_| kind.takes_windows()).ok_or(ReconstructError::NoWindows { wanted: kind.name() })?;
+    let Some(first) = moments.first() else { return Ok(WindowSolution { moments: Vec::new(), report: SolveReport::default() }) };
+    for moment in moments {
+        if moment.extent() != first.extent() {
+            return Err(ReconstructError::Sizes { found: moment.extent(), expected: first.extent() });
+        }
+        if moment.copies().len() != first.copies().len() {
+            return Err(ReconstructError::Copies { found: moment.copies().len() });
+        }
+    }
+    let links = moments.iter().skip(1).map(|moment| Links::new(moment.motion())).collect::<Result<Vec<_>, _>>()?;
+    let window = Window { moments, links, kind, method, alpha };
+    let solved = (0..first.copies().len()).map(|copy| window.of_copy(copy)).collect::<Result<Vec<_>, _>>()?;
+    Ok(window.join(solved))
+}
+
+/// A row of moments and how to solve for them.
+struct Window<'a> {
+    moments: &'a [&'a MomentFilm],
+    /// Of each moment but the first to the one before.
+    links: Vec<Option<Links>>,
+    kind: ReconstructionKind,
+    method: &'static dyn Reconstruct,
+    alpha: Option<f32>,
+}
+
+/// The images of all moments.
+type Solved = (Vec<Image>, SolveReport);
+
+impl Window<'_> {
+    /// From one copy alone; what the other one tells are weights.
+    fn of_copy(&self, own: usize) -> Result<Solved, ReconstructError> {
+        let copies: Vec<&CopyFilm> = self.moments.iter().map(|moment| &moment.copies()[own]).collect();
+        if self.kind == ReconstructionKind::None {
+            return Ok((copies.iter().map(|copy| copy.primal()).collect(), SolveReport::default()));
+        }
+        let other = if self.moments[0].copies().len() == 2 { 1 - own } else { own };
+        let alpha = self.alpha.unwrap_or_else(|| self.typical_alpha(other));
+        let weights = weights::uniform(self.moments, &self.links, alpha);
+        if self.kind == ReconstructionKind::L2 && self.links.iter().all(Option::is_none) {
+            return Ok((l2::solve_still(&copies, &weights), SolveReport { alpha, ..SolveReport::default() }));
+        }
+        Err(ReconstructError::NoWindows { wanted: self.kind.name() })
+    }
+
+    /// The mean over moments of the weight that the noise of one copy calls for.
+    fn typical_alpha(&self, copy: usize) -> f32 {
+        let sum: f64 = self.moments.iter().map(|moment| f64::from(moment.copies()[copy].alpha(self.method))).sum();
+        (sum / self.moments.len() as f64) as f32
+    }
+
+    /// What one or two copies make together.
+    fn join(&self, mut solved: Vec<Solved>) -> WindowSolution {
+        let report = match solved.as_slice() {
+            [(_, a), (_, b)] => merge(*a, *b),
+            _ => solved.first().map(|(_, report)| *report).unwrap_or_default(),
+        };
+        let second = if solved.len() > 1 { solved.pop().map(|(images, _)| images) } else { None };
+        let first = solved.pop().map(|(images, _)| images).unwrap_or_default();
+        let moments = match second {
+            None => first.into_iter().map(|image| Share { image, copies: None, unbiased: None }).collect(),
+            Some(second) => {
+                let pairs = first.into_iter().zip(second).zip(self.moments);
+                pairs.map(|((a, b), moment)| Share { image: moment.joined(&a, &b), copies: Some([a, b]), unbiased: None }).collect()
+            }
+        };
+        WindowSolution { moments, report }
+    }
+}
+
+#[cfg(test)]
+mod tests;

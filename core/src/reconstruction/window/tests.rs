@@ -1,0 +1,116 @@
+//! Windows against oracles: single frames, closed forms, other solvers, and what they are worth on noisy moving pictures.
+
+mod clip;
+
+use super::*;
+use crate::film::{Features, Film, Gradients, HalfFilm, Statistics};
+use crate::lattice::Extent;
+use crate::reconstruction::reconstruct;
+use clip::{Clip, brightening};
+
+const EXTENT: Extent = Extent { width: 18, height: 13 };
+
+fn refs(moments: &[MomentFilm]) -> Vec<&MomentFilm> {
+    moments.iter().collect()
+}
+
+fn worst(a: &Image, b: &Image) -> f32 {
+    a.data().iter().zip(b.data()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+fn mean(images: &[Image]) -> f64 {
+    let values: Vec<f64> = images.iter().flat_map(|image| image.data()).map(|v| f64::from(*v)).collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn images(solution: WindowSolution) -> Vec<Image> {
+    solution.moments.into_iter().map(|share| share.image).collect()
+}
+
+#[test]
+fn a_window_of_one_moment_is_a_single_frame() {
+    let clip = Clip { copies: 1, ..Clip::new(brightening(EXTENT, 1, 0.0)) };
+    let (film, moments) = (clip.film(0, 0), clip.moments());
+    for kind in [ReconstructionKind::None, ReconstructionKind::L2].into_iter() {
+        let window = images(solve(&refs(&moments), kind, Some(0.3)).unwrap());
+        let frame = reconstruct(&film, kind, 0.3).unwrap().image;
+        let off = worst(&window[0], &frame);
+        let bound = if kind == ReconstructionKind::WeightedL2 { 2e-2 } else { 2e-6 };
+        assert!(off < bound, "{}: {off}", kind.name());
+    }
+}
+
+#[test]
+fn where_nothing_changes_all_moments_show_the_same() {
+    let clip = Clip::new(brightening(EXTENT, 6, 0.0));
+    let mut moments = clip.moments();
+    // A scene that rests, drawn with the same numbers in every moment.
+    let one = moments[0].clone();
+    moments.iter_mut().for_each(|moment| *moment = one.clone());
+    for moment in &mut moments {
+        for copy in &mut moment.copies {
+            copy.halves[1] = copy.halves[0].clone();
+        }
+    }
+    for kind in [ReconstructionKind::None, ReconstructionKind::L2].into_iter() {
+        let images = images(solve(&refs(&moments), kind, None).unwrap());
+        let off = images.iter().map(|image| worst(image, &images[0])).fold(0.0, f32::max);
+        assert!(off < 1e-5, "{}: {off}", kind.name());
+    }
+}
+
+#[test]
+fn with_exact_differences_the_mean_of_a_window_is_that_of_its_primals() {
+    let clip = Clip::new(brightening(EXTENT, 5, 0.1));
+    let mut moments = clip.moments();
+    for (t, moment) in moments.iter_mut().enumerate() {
+        let truth = &clip.truth[t];
+        let (dx, dy) = super::super::tests::differences(truth);
+        for copy in &mut moment.copies {
+            for half in &mut copy.halves {
+                (half.dx, half.dy) = (dx.clone(), dy.clone());
+            }
+        }
+    }
+    let primals: Vec<Image> = moments.iter().map(|moment| moment.primal()).collect();
+    let solution = images(solve(&refs(&moments), ReconstructionKind::L2, None).unwrap());
+    let (before, after) = (mean(&primals), mean(&solution));
+    assert!((before - after).abs() < 1e-6 * before, "{before} against {after}");
+}
+
+#[test]
+fn shares_survive_storage_and_blend_to_the_frame() {
+    let clip = Clip::new(brightening(EXTENT, 7, 0.1));
+    let moments = clip.moments();
+    let windows = Windows::new(7, 4, 2);
+    let solved: Vec<WindowSolution> = (0..windows.len())
+        .map(|k| {
+            let range = windows.moments(k);
+            solve(&refs(&moments[range.start as usize..range.end as usize]), ReconstructionKind::L2, None).unwrap()
+        })
+        .collect();
+    for moment in 0..7 {
+        let shares = windows.over(moment).map(|k| {
+            let mut share = solved[k as usize].moments[(moment - windows.moments(k).start) as usize].clone();
+            share.scale(windows.weight(k, moment));
+            let stored = Share::from_planes(&share.to_planes()).unwrap();
+            assert_eq!(stored, share);
+            stored
+        });
+        let blended = blend(shares).unwrap().unwrap();
+        let film = &moments[moment as usize];
+        let frame = finish(blended.clone(), film, ReconstructionKind::L2, SolveReport::default()).unwrap();
+        let error = frame.error.unwrap();
+        let truth = &clip.truth[moment as usize];
+        let squared = frame.image.data().iter().zip(truth.data()).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
+        let told = error.squared.data().iter().map(|v| f64::from(*v)).sum::<f64>();
+        assert!(told > 0.4 * squared && told < 2.5 * squared, "{told} against {squared}");
+        assert!(error.relmse > 0.0 && frame.halves.is_some() && worst(&frame.primal, &film.primal()) == 0.0);
+        let small = MomentFilm::new(&[&Clip::new(brightening(Extent { width: 3, height: 2 }, 1, 0.0)).film(0, 0)]).unwrap();
+        assert!(finish(blended, &small, ReconstructionKind::L2, SolveReport::default()).is_err());
+    }
+    assert_eq!(blend([]), Ok(None));
+    let [one, mut other] = [0, 1].map(|k: usize| solved[k].moments[0].clone());
+    other.copies = None;
+    assert_eq!(blend([one, other]), Err(ReconstructError::Shares { found: 1, expected: 3 }));
+}
