@@ -1,6 +1,7 @@
-//! What the tests of the whole system share: statistics, scenes with closed forms, frames rendered without a farm, laws of shifts, images by another renderer, the programs, and a
+//! What the tests of the whole system share: statistics, scenes with closed forms, frames and moments rendered without a farm, laws of shifts, images by another renderer, the programs, and a
 //! farm of separate processes.
 
+pub mod animation;
 pub mod farm;
 pub mod frame;
 pub mod laws;

@@ -1,0 +1,210 @@
+//! What gradients in time are worth: an animation by each method at equal total time, reconstruction counted, its relMSE a frame and its
+//! flicker, the relative square error of the differences between frames.
+//!
+//! Arguments: file of an animated scene, frames per second, frames, samples per pixel of `pt`, samples per pixel of the reference, and a
+//! film size such as 96x72. The reference is the least-squares image of one long render a frame; its own noise is taken off.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use gradfarm_core::film::Image;
+use gradfarm_core::lattice::{Extent, Moment};
+use gradfarm_core::plan::{Plan, ReconstructionKind, Request, Technique, Temporal, Timeline, resolve};
+use gradfarm_core::reconstruction::window::{MomentFilm, Share, Windows, blend, finish, solve};
+use gradfarm_core::reconstruction::{SolveReport, reconstruct};
+use gradfarm_core::scene::{Instants, Scene, load};
+use gradfarm_tests::animation::{copies, whole};
+
+type Fault = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    match study(&std::env::args().skip(1).collect::<Vec<_>>()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("{fault}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Image and variance of each of its values.
+struct Known {
+    image: Image,
+    variance: Image,
+}
+
+/// One way to render an animation.
+#[derive(Clone, Copy)]
+struct Method {
+    name: &'static str,
+    technique: Technique,
+    reconstruction: ReconstructionKind,
+    /// Whether frames are reconstructed together, and whether that follows what moves.
+    temporal: Option<bool>,
+}
+
+const METHODS: [Method; 7] = [
+    Method { name: "pt", technique: Technique::Pt, reconstruction: ReconstructionKind::None, temporal: None },
+    Method { name: "gpt+l2", technique: Technique::Gpt, reconstruction: ReconstructionKind::L2, temporal: None },
+    Method { name: "gpt+weighted-l2", technique: Technique::Gpt, reconstruction: ReconstructionKind::WeightedL2, temporal: None },
+    Method { name: "temporal l2", technique: Technique::Gpt, reconstruction: ReconstructionKind::L2, temporal: Some(false) },
+    Method { name: "temporal l2, motion", technique: Technique::Gpt, reconstruction: ReconstructionKind::L2, temporal: Some(true) },
+    Method { name: "temporal weighted-l2", technique: Technique::Gpt, reconstruction: ReconstructionKind::WeightedL2, temporal: Some(false) },
+    Method {
+        name: "temporal weighted-l2, motion",
+        technique: Technique::Gpt,
+        reconstruction: ReconstructionKind::WeightedL2,
+        temporal: Some(true),
+    },
+];
+
+fn study(arguments: &[String]) -> Result<(), Fault> {
+    let expected = "expected: scene, frames per second, frames, samples of pt, samples of the reference, size";
+    let [file, fps, frames, samples, long, size] = arguments else { return Err(expected.into()) };
+    let (fps, frames): (f64, u32) = (fps.parse()?, frames.parse()?);
+    let (samples, long): (u32, u32) = (samples.parse()?, long.parse()?);
+    let (width, height) = size.split_once('x').ok_or(expected)?;
+    let extent = Extent { width: width.parse()?, height: height.parse()? };
+    let loaded = load(Path::new(file))?;
+    let scenes: Vec<Scene> = (0..frames)
+        .map(|frame| Ok(Scene::compile(&loaded.description.at(f64::from(frame) / fps)?, &loaded.assets)?))
+        .collect::<Result<_, Fault>>()?;
+    let request = |method: &Method, samples: u32, seed: u64| Request {
+        technique: Some(method.technique),
+        reconstruction: Some(method.reconstruction),
+        samples: Some(samples),
+        extent: Some(extent),
+        seed,
+        frames,
+        timeline: Some(Timeline { fps, ..Timeline::default() }),
+        temporal: Some(method.temporal.is_some()),
+        motion: method.temporal,
+        ..Request::default()
+    };
+    let plan = |method: &Method, samples: u32, seed: u64| resolve(&loaded.description, &request(method, samples, seed));
+    let references: Vec<Known> = scenes
+        .iter()
+        .zip(0u64..)
+        .map(|(scene, frame)| reference(scene, &plan(&METHODS[1], long, 1000 + frame)?))
+        .collect::<Result<_, Fault>>()?;
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "\n{file}: {frames} frames at {fps} a second, {width} × {height}\n")?;
+    writeln!(out, "| method | samples | s | relMSE | × pt | flicker | × pt |")?;
+    writeln!(out, "|---|--:|--:|--:|--:|--:|--:|")?;
+    let mut budget: Option<f64> = None;
+    let mut first: Option<[f64; 2]> = None;
+    for method in &METHODS {
+        // A short run tells how many samples the budget holds.
+        let samples = match budget {
+            None => samples,
+            Some(budget) => {
+                let pilot = samples.div_ceil(8).next_multiple_of(4);
+                let (_, seconds) = animate(&scenes, &plan(method, pilot, 5)?)?;
+                ((budget / seconds * f64::from(pilot) / 4.0).round() as u32).max(1) * 4
+            }
+        };
+        let (images, seconds) = animate(&scenes, &plan(method, samples, 7)?)?;
+        let share = seconds / *budget.get_or_insert(seconds);
+        // To the same time, by error × time = constant.
+        let errors = [error(&images, &references) * share, flicker(&images, &references) * share];
+        let first = *first.get_or_insert(errors);
+        writeln!(
+            out,
+            "| {} | {samples} | {seconds:.2} | {:.3e} | {:.2} | {:.3e} | {:.2} |",
+            method.name,
+            errors[0],
+            first[0] / errors[0],
+            errors[1],
+            first[1] / errors[1],
+        )?;
+        out.flush()?;
+    }
+    Ok(())
+}
+
+fn reference(scene: &Scene, plan: &Plan) -> Result<Known, Fault> {
+    let done = reconstruct(&whole(&scene.into(), plan, Moment::of(0))?, ReconstructionKind::L2, plan.alpha)?;
+    let [a, b] = done.halves.ok_or("a reference needs two samples")?;
+    let mut variance = a;
+    variance.data_mut().iter_mut().zip(b.data()).for_each(|(a, b)| *a = 0.25 * (*a - b) * (*a - b));
+    Ok(Known { image: done.image, variance })
+}
+
+/// The images of all frames, and how long they took.
+fn animate(scenes: &[Scene], plan: &Plan) -> Result<(Vec<Image>, f64), Fault> {
+    let start = Instant::now();
+    let images = match plan.temporal {
+        None => {
+            let one = |(scene, frame): (&Scene, u32)| {
+                Ok::<_, Fault>(reconstruct(&whole(&scene.into(), plan, Moment::of(frame))?, plan.reconstruction, plan.alpha)?.image)
+            };
+            scenes.iter().zip(0..).map(one).collect::<Result<Vec<_>, _>>()?
+        }
+        Some(temporal) => {
+            let mut moments = Vec::new();
+            for (frame, scene) in (0u32..).zip(scenes) {
+                let before = frame.checked_sub(1).map(|frame| &scenes[frame as usize]);
+                let [a, b] = copies(&Instants { before, ..scene.into() }, plan, Moment::of(frame))?;
+                moments.push(MomentFilm::new(&[&a, &b])?);
+            }
+            together(&moments, temporal, plan)?
+        }
+    };
+    Ok((images, start.elapsed().as_secs_f64()))
+}
+
+/// Solves window by window and blends.
+fn together(moments: &[MomentFilm], temporal: Temporal, plan: &Plan) -> Result<Vec<Image>, Fault> {
+    let windows = Windows::new(moments.len() as u32, temporal.window, temporal.stride);
+    let mut shares: Vec<Vec<Share>> = moments.iter().map(|_| Vec::new()).collect();
+    for k in 0..windows.len() {
+        let range = windows.moments(k);
+        let inside: Vec<&MomentFilm> = moments[range.start as usize..range.end as usize].iter().collect();
+        for (moment, mut share) in range.zip(solve(&inside, plan.reconstruction, plan.alpha)?.moments) {
+            share.scale(windows.weight(k, moment));
+            shares[moment as usize].push(share);
+        }
+    }
+    let image = |(shares, film): (Vec<Share>, &MomentFilm)| {
+        let share = blend(shares)?.ok_or("a moment without a window")?;
+        Ok::<_, Fault>(finish(share, film, plan.reconstruction, SolveReport::default())?.image)
+    };
+    shares.into_iter().zip(moments).map(image).collect()
+}
+
+/// relMSE, mean over frames, without what the references' own noise adds.
+fn error(images: &[Image], references: &[Known]) -> f64 {
+    let frames = images.iter().zip(references);
+    let of = |(image, known): (&Image, &Known)| {
+        relative(&known.image, |k| {
+            let off = f64::from(image.data()[k]) - f64::from(known.image.data()[k]);
+            off * off - f64::from(known.variance.data()[k])
+        })
+    };
+    frames.map(of).sum::<f64>() / images.len() as f64
+}
+
+/// The same of the differences from frame to frame.
+fn flicker(images: &[Image], references: &[Known]) -> f64 {
+    let pairs = images.windows(2).zip(references.windows(2));
+    let of = |(image, known): (&[Image], &[Known])| {
+        relative(&known[0].image, |k| {
+            let step = |images: [&Image; 2]| f64::from(images[1].data()[k]) - f64::from(images[0].data()[k]);
+            let off = step([&image[0], &image[1]]) - step([&known[0].image, &known[1].image]);
+            off * off - f64::from(known[0].variance.data()[k]) - f64::from(known[1].variance.data()[k])
+        })
+    };
+    pairs.map(of).sum::<f64>() / (images.len() - 1).max(1) as f64
+}
+
+/// Mean over pixels and channels, over the squared brightness.
+fn relative(of: &Image, value: impl Fn(usize) -> f64) -> f64 {
+    let pixels = of.extent().pixels();
+    let at = |i: usize| {
+        let grey = (0..3).map(|c| f64::from(of.plane(c)[i])).sum::<f64>() / 3.0;
+        (0..3).map(|c| value(c * pixels + i)).sum::<f64>() / (3.0 * (grey * grey + 1e-3))
+    };
+    (0..pixels).map(at).sum::<f64>() / pixels as f64
+}
