@@ -6,6 +6,7 @@ use super::description::SceneDescription;
 #[cfg(test)]
 mod coverage;
 pub(super) mod gltf;
+mod inline;
 pub(super) mod mitsuba;
 mod naming;
 pub(super) mod pbrt;

@@ -2,9 +2,11 @@
 
 use glam::{DMat4, DVec3};
 
-use super::node::Walk;
+use super::node::{NOWHERE, Walk, around};
 use super::{Importer, Source, titled};
-use crate::scene::description::{Camera, Film, FovAxis, LookAt, Operation, Orthographic, Perspective, Transform};
+use crate::scene::description::{
+    Camera, Film, FovAxis, Geometry, LookAt, Operation, Orthographic, Perspective, SceneDescription, Transform,
+};
 use crate::scene::error::{Error, ErrorKind};
 
 /// The longer side of the film [pixels]: glTF has no films.
@@ -16,7 +18,7 @@ impl Walk {
     /// # Errors
     /// A camera of no kind, or whose node's frame is flat.
     pub(super) fn camera(&self, source: &Source<'_>, importer: &mut Importer) -> Result<(Camera, Film), Error> {
-        let Some((index, to_world)) = self.cameras.first() else {
+        let Some((index, stand)) = self.cameras.first() else {
             importer.note(format!("the file holds no camera: seen from the front, all of it, on a film of {SIDE} × 540 pixels"));
             return Ok((framing(&self.bounds), film(SIDE / 540.0)));
         };
@@ -28,8 +30,13 @@ impl Walk {
         }
         let path = format!("cameras[{index}]");
         let camera = source.get(&source.document.cameras, *index, &path, "cameras")?;
-        let to_world =
-            upright(*to_world).ok_or_else(|| source.fault(ErrorKind::Invalid, &path, "a node whose frame is flat", "a frame"))?;
+        // A camera of ours looks the other way; half a turn around +Y.
+        let to_world = if stand.rests() {
+            upright(stand.rest)
+        } else {
+            Some(self.stands.to_world(&stand.then(DMat4::from_scale(DVec3::new(-1.0, 1.0, -1.0)))))
+        };
+        let to_world = to_world.ok_or_else(|| source.fault(ErrorKind::Invalid, &path, "a node whose frame is flat", "a frame"))?;
         let place = titled("cameras", *index, &camera.name);
         match (&camera.perspective, &camera.orthographic) {
             (Some(perspective), _) => {
@@ -76,6 +83,31 @@ fn upright(node: DMat4) -> Option<Transform> {
     let up = (y - z * y.dot(z)).try_normalize()?;
     let frame = DMat4::from_cols(left.extend(0.0), up.extend(0.0), z.extend(0.0), node.w_axis);
     Some(Transform(vec![super::node::rows(frame)]))
+}
+
+/// Puts a camera where it sees what the scene is at all times, as far as a few of them tell. `boxes` are those of the shapes.
+///
+/// # Errors
+/// Values between keys that leave their domain.
+pub(super) fn frame_at_all_times(scene: &mut SceneDescription, boxes: &[[DVec3; 2]]) -> Result<(), Error> {
+    const TIMES: u32 = 24;
+    let [start, end] = scene.animation.as_ref().and_then(|animation| animation.span()).unwrap_or_default();
+    let mut bounds = NOWHERE;
+    for k in 0..=TIMES {
+        let still = scene.at(start + (end - start) * f64::from(k) / f64::from(TIMES))?;
+        for (shape, own) in still.shapes.iter().zip(boxes) {
+            let own = match &shape.geometry {
+                Geometry::Mesh(mesh) => mesh.positions.iter().fold(NOWHERE, |[from, to], point| {
+                    let point = DVec3::from(point.map(f64::from));
+                    [from.min(point), to.max(point)]
+                }),
+                _ => *own,
+            };
+            bounds = around(bounds, own, shape.to_world.matrix());
+        }
+    }
+    scene.camera = framing(&bounds);
+    Ok(())
 }
 
 /// A camera that sees all of a box from +Z, a little from above.

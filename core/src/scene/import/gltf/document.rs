@@ -27,7 +27,7 @@ pub(super) struct Document {
     pub(super) accessors: Vec<Accessor>,
     pub(super) buffer_views: Vec<BufferView>,
     pub(super) buffers: Vec<Buffer>,
-    pub(super) animations: Vec<Named>,
+    pub(super) animations: Vec<Animation>,
     pub(super) skins: Vec<Skin>,
     pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
@@ -43,11 +43,36 @@ pub(super) struct Asset {
     pub(super) copyright: Option<String>,
 }
 
-/// Something of which only the name is read.
+/// Channels that move nodes.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Named {
+pub(super) struct Animation {
     pub(super) name: String,
+    pub(super) channels: Vec<Channel>,
+    pub(super) samplers: Vec<AnimationSampler>,
+}
+
+/// What a sampler moves.
+#[derive(Debug, Deserialize)]
+pub(super) struct Channel {
+    pub(super) sampler: usize,
+    pub(super) target: ChannelTarget,
+}
+
+/// A node, and what of it moves.
+#[derive(Debug, Deserialize)]
+pub(super) struct ChannelTarget {
+    pub(super) node: Option<usize>,
+    pub(super) path: String,
+}
+
+/// Keys, by accessors.
+#[derive(Debug, Deserialize)]
+pub(super) struct AnimationSampler {
+    pub(super) input: usize,
+    pub(super) output: usize,
+    /// LINEAR if absent.
+    pub(super) interpolation: Option<String>,
 }
 
 /// Joints that meshes hang on.
@@ -81,6 +106,8 @@ pub(super) struct Node {
     /// x, y, z, w.
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
+    /// Of the morph targets of its mesh.
+    pub(super) weights: Option<Vec<f64>>,
     pub(super) extensions: NodeExtensions,
 }
 
@@ -97,6 +124,8 @@ impl Node {
 pub(super) struct Mesh {
     pub(super) name: String,
     pub(super) primitives: Vec<Primitive>,
+    /// Of its morph targets.
+    pub(super) weights: Option<Vec<f64>>,
 }
 
 /// Triangles (or points, or lines) of one material.
@@ -108,7 +137,8 @@ pub(super) struct Primitive {
     pub(super) material: Option<usize>,
     /// 4, triangles, if absent.
     pub(super) mode: Option<u32>,
-    pub(super) targets: Vec<IgnoredAny>,
+    /// Accessors of what is added, by attribute.
+    pub(super) targets: Vec<BTreeMap<String, usize>>,
     pub(super) extensions: Others,
 }
 

@@ -29,6 +29,14 @@ pub(super) struct Meshes {
     bytes: u64,
 }
 
+impl Meshes {
+    /// Counts bytes, and tells how many there are.
+    pub(super) fn count(&mut self, bytes: u64) -> u64 {
+        self.bytes = self.bytes.saturating_add(bytes);
+        self.bytes
+    }
+}
+
 impl Importer {
     /// The file that holds a primitive's triangles and their bounds, with the texture coordinates of the given set; `None` where it draws none.
     ///
@@ -93,9 +101,6 @@ impl Importer {
     }
 
     fn remark(&mut self, primitive: &Primitive, place: &str) {
-        if !primitive.targets.is_empty() {
-            self.note(format!("{place}: its morph targets are left out, it has its base form"));
-        }
         for name in primitive.extensions.keys() {
             self.note(format!("{place}: {name} is left out"));
         }
@@ -107,8 +112,7 @@ impl Importer {
     fn write(&mut self, source: &Source<'_>, mesh: &Mesh, name: &str, path: &str) -> Result<String, Error> {
         mesh.check().map_err(|fault| source.fault(ErrorKind::Malformed, path, fault.to_string(), "a sound mesh"))?;
         let bytes = ply_binary::write(mesh);
-        self.meshes.bytes = self.meshes.bytes.saturating_add(bytes.len() as u64);
-        if self.meshes.bytes > limits::MADE_BYTES {
+        if self.meshes.count(bytes.len() as u64) > limits::MADE_BYTES {
             let expected = format!("at most {} bytes of meshes", limits::MADE_BYTES);
             return Err(source.fault(ErrorKind::TooLarge, path, "meshes that add up to more", expected));
         }
@@ -159,7 +163,7 @@ fn triangles(source: &Source<'_>, (position, normal, uvs, colour, indices, mode)
 }
 
 /// Least and greatest corner of a mesh.
-fn corners(mesh: &Mesh) -> [DVec3; 2] {
+pub(super) fn corners(mesh: &Mesh) -> [DVec3; 2] {
     mesh.positions
         .iter()
         .map(|position| position.as_dvec3())

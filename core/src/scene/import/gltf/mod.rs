@@ -1,4 +1,4 @@
-//! glTF 2.0, text and binary: meshes, materials with their extensions, punctual lights, cameras.
+//! glTF 2.0, text and binary: meshes, materials with their extensions, punctual lights, cameras, animations.
 //!
 //! Both worlds are right-handed with +Y up, so positions carry over as they are. A glTF camera looks along −Z with +X to the right of the
 //! picture, ours along +Z with +X to its left: half a turn around +Y. Texture coordinates have v = 0 at the first row of an image there and
@@ -8,15 +8,18 @@
 //! Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021, and its registry of extensions.
 
 mod accessor;
+mod animation;
 mod camera;
 mod container;
 mod document;
 mod extension;
+mod form;
 mod light;
 mod material;
 mod mesh;
 mod node;
 mod skin;
+mod stand;
 mod texture;
 
 use std::collections::BTreeSet;
@@ -54,7 +57,8 @@ pub(in crate::scene) fn import(bytes: &[u8], file: &str, assets: &dyn Assets) ->
         importer.note("the file holds no light: lit from everywhere with radiance 1");
         environment = Some(Environment::constant(Colour::WHITE));
     }
-    let description = SceneDescription {
+    let (unseen, boxes) = (walk.cameras.is_empty(), walk.boxes);
+    let mut description = SceneDescription {
         version: VERSION,
         about: about(&document, file),
         camera,
@@ -68,9 +72,12 @@ pub(in crate::scene) fn import(bytes: &[u8], file: &str, assets: &dyn Assets) ->
         lights: walk.lights,
         environment,
         medium: None,
-        animation: None,
+        animation: walk.stands.animation(),
     };
     description.validate(file)?;
+    if unseen && description.is_animated() {
+        camera::frame_at_all_times(&mut description, &boxes)?;
+    }
     let mut made = importer.meshes.made;
     made.append(&mut importer.textures.made);
     Ok(Imported { description, made, report: importer.report })
@@ -116,7 +123,7 @@ impl Importer {
         }
     }
 
-    /// Extensions that the file asks for and what it holds that moves.
+    /// Extensions that the file asks for.
     fn remarks(&mut self, source: &Source<'_>) -> Result<(), Error> {
         let document = source.document;
         if let Some(unknown) = document.extensions_required.iter().find(|name| !KNOWN.contains(&name.as_str())) {
@@ -128,9 +135,6 @@ impl Importer {
         }
         for name in document.extensions.others.keys() {
             self.note(format!("extensions: {name} is left out"));
-        }
-        for (index, animation) in document.animations.iter().enumerate() {
-            self.note(format!("{}: left out, the scene stands as without it", titled("animations", index, &animation.name)));
         }
         Ok(())
     }

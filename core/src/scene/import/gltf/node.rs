@@ -7,8 +7,9 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use super::super::naming::Naming;
 use super::document::Node;
 use super::material::Surface;
+use super::stand::{self, Stand, Stands};
 use super::{Importer, Source, titled};
-use crate::scene::description::{Geometry, Instance, Light, MeshFile, Normals, Operation, Shape, Transform};
+use crate::scene::description::{Geometry, Instance, Joint, Light, MeshFile, Normals, Operation, Shape, Transform};
 use crate::scene::error::{Error, ErrorKind};
 use crate::scene::limits;
 
@@ -17,10 +18,14 @@ pub(super) struct Walk {
     pub(super) shapes: Vec<Shape>,
     pub(super) groups: BTreeMap<String, Vec<Shape>>,
     pub(super) lights: Vec<Light>,
-    /// Cameras with the frames of their nodes.
-    pub(super) cameras: Vec<(usize, DMat4)>,
+    /// Cameras with where their nodes stand.
+    pub(super) cameras: Vec<(usize, Stand)>,
+    /// Nodes that moving things stand in.
+    pub(super) stands: Stands,
     /// Least and greatest corner of what stands in the world; the other way round while nothing does.
     pub(super) bounds: [DVec3; 2],
+    /// For each shape, the corners of its mesh in its own frame.
+    pub(super) boxes: Vec<[DVec3; 2]>,
     /// Meshes by their index, read once each.
     parts: BTreeMap<usize, Parts>,
     names: Naming,
@@ -37,8 +42,18 @@ struct Parts {
     bounds: [DVec3; 2],
 }
 
+/// Bounds that hold these, and a box in another frame.
+pub(super) fn around([from, to]: [DVec3; 2], [least, most]: [DVec3; 2], frame: DMat4) -> [DVec3; 2] {
+    (0..8).filter(|_| least.cmple(most).all()).fold([from, to], |[from, to], corner| {
+        let pick = |bit: u32, least: f64, most: f64| if corner >> bit & 1 == 0 { least } else { most };
+        let corner = DVec3::new(pick(0, least.x, most.x), pick(1, least.y, most.y), pick(2, least.z, most.z));
+        let point = frame.transform_point3(corner);
+        [from.min(point), to.max(point)]
+    })
+}
+
 /// Bounds of nothing.
-const NOWHERE: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+pub(super) const NOWHERE: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
 impl Default for Walk {
     fn default() -> Walk {
@@ -47,7 +62,9 @@ impl Default for Walk {
             groups: BTreeMap::new(),
             lights: Vec::new(),
             cameras: Vec::new(),
+            stands: Stands::default(),
             bounds: NOWHERE,
+            boxes: Vec::new(),
             parts: BTreeMap::new(),
             names: Naming::default(),
         }
@@ -74,31 +91,34 @@ impl Walk {
                 importer.note(format!("scenes[{index}]: left out, another scene of the file is shown"));
             }
         }
+        let channels = importer.channels(source)?;
+        let anchors = stand::anchors(source, &channels);
+        self.stands = Stands::new(channels, anchors);
         let mut seen = vec![false; document.nodes.len()];
         let mut visits = Vec::new();
-        let mut open: Vec<(usize, DMat4)> = roots.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
+        let mut open: Vec<(usize, Stand)> = roots.into_iter().rev().map(|root| (root, Stand::WORLD)).collect();
         while let Some((index, parent)) = open.pop() {
             let path = format!("nodes[{index}]");
             let node = source.get(&document.nodes, index, &path, "nodes")?;
             if std::mem::replace(&mut seen[index], true) {
                 return Err(source.fault(ErrorKind::Invalid, &path, "the node twice in the scene", "a tree of nodes, without circles"));
             }
-            let to_world = parent * matrix(node);
-            if !to_world.is_finite() {
+            let stand = self.stands.step(parent, index, node);
+            if !stand.rest.is_finite() {
                 return Err(source.fault(ErrorKind::Invalid, &path, "a transform that overflows", "finite numbers"));
             }
-            visits.push((index, to_world));
-            open.extend(node.children.iter().rev().map(|child| (*child, to_world)));
+            visits.push((index, stand));
+            open.extend(node.children.iter().rev().map(|child| (*child, stand)));
         }
         let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
         for mesh in visits.iter().filter_map(|(index, _)| document.nodes[*index].mesh) {
             *uses.entry(mesh).or_default() += 1;
         }
         let mut globals = vec![None; document.nodes.len()];
-        visits.iter().for_each(|(index, to_world)| globals[*index] = Some(*to_world));
-        for (index, to_world) in visits {
-            self.node(source, importer, index, to_world, &uses)?;
-            self.skinned(source, importer, index, &globals)?;
+        visits.iter().for_each(|(index, stand)| globals[*index] = Some(stand.rest));
+        for (index, stand) in visits {
+            self.node(source, importer, index, stand, &uses)?;
+            self.skinned(source, importer, index, stand, &globals)?;
         }
         Ok(())
     }
@@ -108,7 +128,7 @@ impl Walk {
         source: &Source<'_>,
         importer: &mut Importer,
         index: usize,
-        to_world: DMat4,
+        stand: Stand,
         uses: &BTreeMap<usize, usize>,
     ) -> Result<(), Error> {
         let node = &source.document.nodes[index];
@@ -118,16 +138,18 @@ impl Walk {
             importer.note(format!("{place}: {name} is left out"));
         }
         if let Some(camera) = node.camera {
-            self.cameras.push((camera, to_world));
+            self.cameras.push((camera, stand));
         }
         if let Some(light) = node.light() {
-            self.lights.push(importer.light(source, light, to_world, &path)?);
+            let to_world = self.stands.to_world(&stand);
+            self.lights.push(importer.light(source, light, (&stand, to_world), &path)?);
         }
-        let Some(mesh) = node.mesh.filter(|_| node.skin.is_none()) else { return Ok(()) };
+        let blended = source.is_blended(index, self.stands.channels());
+        let Some(mesh) = node.mesh.filter(|_| node.skin.is_none() && !blended) else { return Ok(()) };
         source.get(&source.document.meshes, mesh, &path, "meshes")?;
         let frames = match &node.extensions.instancing {
-            Some(instancing) => copies(source, &instancing.attributes, &path)?.into_iter().map(|copy| to_world * copy).collect(),
-            None => vec![to_world],
+            Some(instancing) => copies(source, &instancing.attributes, &path)?.into_iter().map(|copy| stand.then(copy)).collect(),
+            None => vec![stand],
         };
         let often = frames.len() > 1 || uses.get(&mesh).is_some_and(|uses| *uses > 1);
         let parts = self.parts(source, importer, mesh, often)?;
@@ -137,60 +159,86 @@ impl Walk {
             return Err(source.fault(ErrorKind::TooLarge, &path, format!("{count} more shapes"), expected));
         }
         for frame in frames {
-            if frame.determinant().abs() < f64::MIN_POSITIVE || !frame.is_finite() {
+            if frame.is_flat() {
                 importer.note(format!("{place}: left out, its transform makes it flat"));
                 continue;
             }
-            self.place(&parts, frame, &node.name);
+            self.place(&parts, &frame, &node.name);
         }
         Ok(())
     }
 
-    /// Places a mesh that hangs on joints. Where its node stands has no bearing then, only where the joints do.
-    fn skinned(&mut self, source: &Source<'_>, importer: &mut Importer, index: usize, globals: &[Option<DMat4>]) -> Result<(), Error> {
+    /// Places a mesh that hangs on joints or is blended towards other forms. Where the node of one that hangs on joints stands has no
+    /// bearing, only where the joints do.
+    fn skinned(
+        &mut self,
+        source: &Source<'_>,
+        importer: &mut Importer,
+        index: usize,
+        stand: Stand,
+        globals: &[Option<DMat4>],
+    ) -> Result<(), Error> {
         let node = &source.document.nodes[index];
-        let (Some(mesh), Some(skin)) = (node.mesh, node.skin) else { return Ok(()) };
+        let blended = source.is_blended(index, self.stands.channels());
+        let Some(mesh) = node.mesh.filter(|_| node.skin.is_some() || blended) else { return Ok(()) };
         let path = format!("nodes[{index}]");
         let written = source.get(&source.document.meshes, mesh, &path, "meshes")?;
-        let skin = source.get(&source.document.skins, skin, &path, "skins")?;
-        let matrices = skin.matrices(source, &path, globals)?;
+        let skin = node.skin.map(|skin| source.get(&source.document.skins, skin, &path, "skins")).transpose()?;
+        let matrices = skin.map(|skin| skin.matrices(source, &path, globals)).transpose()?.unwrap_or_default();
         let place = titled("nodes", index, &node.name);
-        importer.note(format!("{place}: its skin {:?} is drawn as its joints stand without animation", skin.name));
+        let moving = blended || skin.is_some_and(|skin| skin.joints.iter().any(|joint| self.stands.is_anchor(*joint)));
+        let mut joints = Vec::new();
+        for (joint, [bind, global]) in skin.into_iter().flat_map(|skin| &skin.joints).zip(&matrices).filter(|_| moving) {
+            let name = self.stands.joint(*joint, &source.document.nodes[*joint]);
+            let bind_rows = [0, 1, 2, 3].map(|row| bind.row(row).to_array());
+            joints.push((Joint { node: name, bind: affine(bind_rows) }, *global * *bind));
+        }
+        let matrices: Vec<DMat4> = matrices.into_iter().map(|[bind, global]| global * bind).collect();
+        if !moving {
+            let name = skin.map(|skin| skin.name.as_str()).unwrap_or_default();
+            importer.note(format!("{place}: its skin {name:?} is drawn as its joints stand without animation"));
+        }
         let mut parts = Parts { plain: Vec::new(), glowing: Vec::new(), bounds: NOWHERE };
         for (k, primitive) in written.primitives.iter().enumerate() {
             let path = format!("meshes[{mesh}].primitives[{k}]");
             let coloured = primitive.attributes.contains_key("COLOR_0");
             let Surface { material, emission, uv_set } = importer.surface(source, primitive.material, coloured, &path)?;
-            let Some((file, bounds)) = importer.posed(source, [mesh, k], uv_set, &matrices)? else {
-                importer.note(format!("{place}: a part of its mesh that hangs on no joint is left out"));
+            let made = if moving {
+                importer.formed(source, (index, k), uv_set, &joints)?.map(|(mesh, bounds)| (Geometry::Mesh(mesh), bounds))
+            } else {
+                let posed = importer.posed(source, [mesh, k], uv_set, &matrices)?;
+                posed.map(|(file, bounds)| (Geometry::Ply(MeshFile { file, normals: Normals::AsWritten }), bounds))
+            };
+            let Some((geometry, bounds)) = made else {
+                importer.note(format!("{place}: a part of its mesh that hangs on no joint, or is no surface, is left out"));
                 continue;
             };
             parts.bounds = [parts.bounds[0].min(bounds[0]), parts.bounds[1].max(bounds[1])];
-            let geometry = Geometry::Ply(MeshFile { file, normals: Normals::AsWritten });
             parts.plain.push(Shape { material: Some(material), emission, ..bare(&written.name, geometry) });
         }
         if self.shapes.len() + parts.plain.len() > limits::SHAPES {
             let expected = format!("at most {}", limits::SHAPES);
             return Err(source.fault(ErrorKind::TooLarge, &path, "more shapes", expected));
         }
-        self.place(&parts, DMat4::IDENTITY, &node.name);
+        let first = self.shapes.len();
+        self.place(&parts, if skin.is_some() { &Stand::WORLD } else { &stand }, &node.name);
+        for shape in first..self.shapes.len() {
+            if matches!(&self.shapes[shape].geometry, Geometry::Mesh(mesh) if mesh.morph.is_some()) {
+                self.stands.weigh(index, shape);
+            }
+        }
         Ok(())
     }
 
     /// Places a mesh.
-    fn place(&mut self, parts: &Parts, frame: DMat4, name: &str) {
-        let to_world = if frame == DMat4::IDENTITY { Transform::default() } else { Transform(vec![rows(frame)]) };
+    fn place(&mut self, parts: &Parts, stand: &Stand, name: &str) {
+        let to_world = self.stands.to_world(stand);
         for shape in parts.plain.iter().chain(&parts.glowing) {
             let name = if name.is_empty() { shape.name.clone() } else { name.to_string() };
             self.shapes.push(Shape { name, to_world: to_world.clone(), ..shape.clone() });
+            self.boxes.push(parts.bounds);
         }
-        let [least, most] = parts.bounds;
-        for corner in (0..8).filter(|_| least.cmple(most).all()) {
-            let pick = |bit: u32, least: f64, most: f64| if corner >> bit & 1 == 0 { least } else { most };
-            let corner = DVec3::new(pick(0, least.x, most.x), pick(1, least.y, most.y), pick(2, least.z, most.z));
-            let point = frame.transform_point3(corner);
-            self.bounds = [self.bounds[0].min(point), self.bounds[1].max(point)];
-        }
+        self.bounds = around(self.bounds, parts.bounds, stand.rest);
     }
 
     /// Reads a mesh; as a group where it is placed `often`.
@@ -259,7 +307,7 @@ fn copies(source: &Source<'_>, attributes: &BTreeMap<String, usize>, path: &str)
 }
 
 /// From a node's frame to its parent's.
-fn matrix(node: &Node) -> DMat4 {
+pub(super) fn matrix(node: &Node) -> DMat4 {
     if let Some(columns) = &node.matrix {
         let mut matrix = DMat4::from_cols_array(columns);
         // Affine by specification; rounding in the last row is not worth a complaint.
@@ -274,6 +322,11 @@ fn matrix(node: &Node) -> DMat4 {
     let rotation = if length > 0.0 && length.is_finite() { rotation * length.recip() } else { DQuat::IDENTITY };
     let (scale, translation) = (node.scale.unwrap_or([1.0; 3]), node.translation.unwrap_or([0.0; 3]));
     DMat4::from_translation(translation.into()) * DMat4::from_quat(rotation) * DMat4::from_scale(scale.into())
+}
+
+/// A matrix by rows without what rounding left in its last row.
+fn affine([x, y, z, _]: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
+    [x, y, z, [0.0, 0.0, 0.0, 1.0]]
 }
 
 /// A matrix as an operation of the description.

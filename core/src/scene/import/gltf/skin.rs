@@ -9,11 +9,12 @@ use crate::math::Vec3;
 use crate::scene::error::{Error, ErrorKind};
 
 impl Skin {
-    /// For each joint, from the mesh as it was bound to the world. `globals` are the frames of the nodes that stand in the scene.
+    /// For each joint, from the mesh as it was bound to the joint, and from there to the world. `globals` are the frames of the nodes that
+    /// stand in the scene.
     ///
     /// # Errors
     /// Joints that are no nodes, or fewer matrices than joints.
-    pub(super) fn matrices(&self, source: &Source<'_>, path: &str, globals: &[Option<DMat4>]) -> Result<Vec<DMat4>, Error> {
+    pub(super) fn matrices(&self, source: &Source<'_>, path: &str, globals: &[Option<DMat4>]) -> Result<Vec<[DMat4; 2]>, Error> {
         let bound = match self.inverse_bind_matrices {
             Some(accessor) => source.vectors::<16>(accessor, path)?,
             None => Vec::new(),
@@ -30,7 +31,7 @@ impl Skin {
                     return Err(source.fault(ErrorKind::Malformed, path, found, format!("{}, one for each joint", self.joints.len())));
                 }
             };
-            matrices.push(global * inverse);
+            matrices.push([inverse, global]);
         }
         Ok(matrices)
     }
@@ -64,21 +65,21 @@ impl Importer {
             return Err(source.fault(ErrorKind::Malformed, &path, found, format!("{vertices}, one for each vertex")));
         }
         for (vertex, (joints, weights)) in joints.iter().zip(&weights).enumerate() {
-            hang(&mut bound, vertex, joints, weights, matrices);
+            // Vertices name joints by small whole numbers, which floats hold exactly.
+            hang(&mut bound, vertex, joints.map(|joint| joint as u16).into_iter().zip(*weights), matrices);
         }
         self.keep(source, &bound, &written.name, &path).map(Some)
     }
 }
 
 /// Moves one vertex to where its joints put it.
-fn hang(mesh: &mut Mesh, vertex: usize, joints: &[f32; 4], weights: &[f32; 4], matrices: &[DMat4]) {
+pub(super) fn hang(mesh: &mut Mesh, vertex: usize, joints: impl Iterator<Item = (u16, f32)>, matrices: &[DMat4]) {
     let mut sum = DMat4::ZERO;
     let mut whole = 0.0;
-    for (joint, weight) in joints.iter().zip(weights) {
-        // Vertices name joints by small whole numbers, which floats hold exactly.
-        if let Some(matrix) = matrices.get(*joint as usize).filter(|_| *weight > 0.0) {
-            sum += *matrix * f64::from(*weight);
-            whole += f64::from(*weight);
+    for (joint, weight) in joints {
+        if let Some(matrix) = matrices.get(usize::from(joint)).filter(|_| weight > 0.0) {
+            sum += *matrix * f64::from(weight);
+            whole += f64::from(weight);
         }
     }
     if whole <= 0.0 {

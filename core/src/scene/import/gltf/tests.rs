@@ -2,15 +2,28 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use serde_json::{Value, json};
 
 use super::*;
 use crate::scene::assets::{NoAssets, SceneAssets};
 use crate::scene::description::{Camera, Geometry, Input, Light, Material, Shape, Texture};
-use crate::scene::{Scene, load};
+use crate::scene::{Stage, load};
 
+mod animation;
 mod coverage;
+
+/// A data: address.
+fn data(bytes: &[u8]) -> String {
+    let letters = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for three in bytes.chunks(3) {
+        let word = three.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - three.len()));
+        let letter = |k: usize| if k <= three.len() { char::from(letters[(word >> (18 - 6 * k) & 63) as usize]) } else { '=' };
+        text.extend((0..4).map(letter));
+    }
+    format!("data:application/octet-stream;base64,{text}")
+}
 
 /// A scene of one square of 2 × 2 metres at z = −5 with everything that a square can have, seen by a camera at the origin.
 fn square() -> Value {
@@ -21,13 +34,7 @@ fn square() -> Value {
     bytes.extend([[0.0f32, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].as_flattened().iter().flat_map(|x| x.to_le_bytes()));
     bytes.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|x| x.to_le_bytes()));
     bytes.extend([[255u8, 0, 51, 255]; 4].as_flattened());
-    let letters = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for three in bytes.chunks(3) {
-        let word = three.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - three.len()));
-        let letter = |k: usize| if k <= three.len() { char::from(letters[(word >> (18 - 6 * k) & 63) as usize]) } else { '=' };
-        text.extend((0..4).map(letter));
-    }
+    let address = data(&bytes);
     json!({
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -50,7 +57,7 @@ fn square() -> Value {
             {"buffer": 0, "byteOffset": 128, "byteLength": 12},
             {"buffer": 0, "byteOffset": 140, "byteLength": 16}
         ],
-        "buffers": [{"byteLength": 156, "uri": format!("data:application/octet-stream;base64,{text}")}]
+        "buffers": [{"byteLength": 156, "uri": address}]
     })
 }
 
@@ -248,8 +255,12 @@ fn every_sample_model_is_read_and_compiled_where_it_is_at_hand() {
             crate::scene::Assets::open(&loaded.assets, &name).unwrap();
         }
         // What the rest of the program cannot do yet is an error of its own kind; anything else is a fault of the importer.
-        if let Err(fault) = Scene::compile(&loaded.description, &loaded.assets) {
-            assert_eq!(fault.kind, ErrorKind::Unsupported, "{}: {fault}", file.display());
+        let stage = Stage::new(loaded.description.clone(), std::sync::Arc::new(loaded.assets.clone())).unwrap();
+        let [start, end] = loaded.description.animation.as_ref().and_then(|animation| animation.span()).unwrap_or([0.0; 2]);
+        for share in [0.0, 0.3, 0.77, 1.0] {
+            if let Err(fault) = stage.scene(start + share * (end - start)) {
+                assert_eq!(fault.kind, ErrorKind::Unsupported, "{}: {fault}", file.display());
+            }
         }
     }
 }

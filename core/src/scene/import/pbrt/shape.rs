@@ -146,7 +146,7 @@ impl Importer<'_> {
         quadric::align(&mut mesh);
         let (area, parts) = (self.area(&mesh), mesh.triangles.len());
         let geometry = if mesh.positions.len() <= INLINE && normals == Normals::AsWritten {
-            Geometry::Mesh(inline(&mesh))
+            Geometry::Mesh(MeshInline::from(&mesh))
         } else {
             let file = self.make("meshes", name, "ply", ply_binary::write(&mesh), parameters)?;
             Geometry::Ply(MeshFile { file, normals })
@@ -352,17 +352,6 @@ fn vertices(parameters: &Parameters) -> Result<Mesh, Error> {
         uvs: uvs.iter().flatten().map(|uv| Vec2::new(uv[0] as f32, uv[1] as f32)).collect(),
         ..Mesh::default()
     })
-}
-
-fn inline(mesh: &Mesh) -> MeshInline {
-    let vectors = |list: &[Vec3]| (!list.is_empty()).then(|| list.iter().map(|vector| vector.to_array()).collect());
-    MeshInline {
-        positions: vectors(&mesh.positions).unwrap_or_default(),
-        indices: mesh.triangles.clone(),
-        normals: vectors(&mesh.normals),
-        uvs: (!mesh.uvs.is_empty()).then(|| mesh.uvs.iter().map(|uv| uv.to_array()).collect()),
-        ..MeshInline::default()
-    }
 }
 
 /// A length that must be positive.

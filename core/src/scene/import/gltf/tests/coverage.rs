@@ -14,6 +14,19 @@ fn table() -> Vec<Tried> {
     let textured = |more: Vec<(&'static str, Value)>| {
         [vec![("/images", image.clone()), ("/textures", json!([{"source": 0}]))], more].concat()
     };
+    let skin = vec![
+        ("/nodes/1/skin", json!(0)),
+        ("/skins", json!([{"joints": [0]}])),
+        ("/meshes/0/primitives/0/attributes/JOINTS_0", json!(4)),
+        ("/meshes/0/primitives/0/attributes/WEIGHTS_0", json!(4)),
+    ];
+    // One key at 0 s: the first bytes of the buffer that are zero, and a colour as a quaternion.
+    let animated = |path: &str| vec![
+        ("/bufferViews/-", json!({"buffer": 0, "byteOffset": 48, "byteLength": 4})),
+        ("/accessors/-", json!({"bufferView": 5, "componentType": 5126, "count": 1, "type": "SCALAR"})),
+        ("/accessors/-", json!({"bufferView": 4, "componentType": 5121, "count": 1, "type": "VEC4", "normalized": true})),
+        ("/animations", json!([{"channels": [{"sampler": 0, "target": {"node": 0, "path": path}}], "samplers": [{"input": 5, "output": 6}]}])),
+    ];
     let base = ("/materials/0/pbrMetallicRoughness/baseColorTexture", json!({"index": 0}));
     let light = |light: Value| vec![
         ("/extensions", json!({"KHR_lights_punctual": {"lights": [light]}})),
@@ -25,15 +38,18 @@ fn table() -> Vec<Tried> {
         ("file", "files outside the folder", vec![("/buffers/0/uri", json!("../a.bin"))], Refused, ""),
         ("file", "extensionsRequired, unknown", vec![("/extensionsRequired", json!(["EXT_meshopt_compression"]))], Refused, "names it"),
         ("file", "extensionsUsed, unknown", vec![("/extensionsUsed", json!(["KHR_xmp"]))], LeftOut, ""),
-        ("file", "animations", vec![("/animations", json!([{"name": "walk"}]))], LeftOut, "rest pose"),
+        ("animation", "translation, rotation, scale, weights", animated("rotation"), Honoured, "all animations of the file together; of two channels that move the same, the first"),
+        ("animation", "STEP, LINEAR, CUBICSPLINE", animated("rotation"), Honoured, ""),
+        ("animation", "KHR_animation_pointer and other channels", animated("pointer"), LeftOut, ""),
         ("node", "matrix, translation, rotation, scale, children", vec![("/nodes/1/scale", json!([2, 2, -2])), ("/nodes/1/rotation", json!([0, 1, 0, 0]))], Honoured, ""),
-        ("node", "skin", vec![("/nodes/1/skin", json!(0)), ("/skins", json!([{"joints": [0]}])), ("/meshes/0/primitives/0/attributes/JOINTS_0", json!(4)), ("/meshes/0/primitives/0/attributes/WEIGHTS_0", json!(4))], Approximated, "as its joints stand"),
+        ("node", "skin", skin.clone(), Approximated, "as its joints stand"),
+        ("node", "skin, joints that move", [skin.clone(), animated("rotation")].concat(), Honoured, "eight joints a vertex"),
         ("node", "EXT_mesh_gpu_instancing", vec![("/nodes/1/extensions", json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}))], Honoured, "as instances"),
         ("mesh", "triangles, strips, fans", vec![("/meshes/0/primitives/0/mode", json!(5))], Honoured, "used twice: as instances"),
         ("mesh", "points, lines", vec![("/meshes/0/primitives/0/mode", json!(1))], LeftOut, ""),
         ("mesh", "POSITION, NORMAL, TEXCOORD_n, COLOR_0", vec![("/meshes/0/primitives/0/attributes/COLOR_0", json!(4))], Honoured, "one set of texture coordinates a material"),
         ("mesh", "sparse accessors, KHR_mesh_quantization", vec![("/accessors/0/sparse", json!({"count": 1, "indices": {"bufferView": 3, "componentType": 5123}, "values": {"bufferView": 1}}))], Honoured, ""),
-        ("mesh", "morph targets", vec![("/meshes/0/primitives/0/targets", json!([{}]))], LeftOut, "base form"),
+        ("mesh", "morph targets", vec![("/meshes/0/primitives/0/targets", json!([{"POSITION": 0}])), ("/meshes/0/weights", json!([0.5]))], Honoured, "of positions and normals"),
         ("mesh", "KHR_draco_mesh_compression", vec![("/meshes/0/primitives/0/extensions", json!({"KHR_draco_mesh_compression": {}}))], LeftOut, "refused where it is required"),
         ("material", "pbrMetallicRoughness", textured(vec![base.clone(), ("/materials/0/pbrMetallicRoughness/metallicRoughnessTexture", json!({"index": 0}))]), Honoured, ""),
         ("material", "normalTexture", textured(vec![("/materials/0/normalTexture", json!({"index": 0, "scale": 2}))]), Honoured, ""),
