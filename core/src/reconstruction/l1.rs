@@ -34,11 +34,11 @@ pub(super) struct Effort {
 
 /// Ends within about half a percent of the least objective on noisy frames. To go further costs several times as much and brings the
 /// image no nearer to the truth.
-const EFFORT: Effort = Effort { reweightings: 24, iterations: 2, settled: 5e-4, multigrid: true };
+pub(super) const EFFORT: Effort = Effort { reweightings: 24, iterations: 2, settled: 5e-4, multigrid: true };
 /// First ε over the mean of the primal's magnitude; it halves with each reweighting.
-const FIRST_EPSILON: f64 = 0.05;
+pub(super) const FIRST_EPSILON: f64 = 0.05;
 /// Where ε stops falling: beyond, weights only differ by rounding.
-const LAST_EPSILON: f64 = 1e-6;
+pub(super) const LAST_EPSILON: f64 = 1e-6;
 
 impl Reconstruct for L1 {
     fn joins_halves(&self) -> bool {
@@ -106,7 +106,7 @@ pub(super) fn minimise(
 }
 
 /// Part of the first residual at which a linear system counts as solved exactly: the rounding of f32.
-const TOLERANCE: f64 = 1e-6;
+pub(super) const TOLERANCE: f64 = 1e-6;
 
 /// How errors are weighted: 1 / (‖e‖ + ε), scaled by ε so that weights stay within (0, 1].
 struct Reweight {
@@ -134,7 +134,7 @@ impl Reweight {
 }
 
 /// Lengths over the channels.
-fn norms([r, g, b]: &[Vec<f32>; 3], out: &mut [f32]) {
+pub(super) fn norms([r, g, b]: &[Vec<f32>; 3], out: &mut [f32]) {
     for (out, (r, (g, b))) in out.iter_mut().zip(r.iter().zip(g.iter().zip(b))) {
         *out = (r * r + g * g + b * b).sqrt();
     }
@@ -161,6 +161,6 @@ fn right_hand_side(m: &Measurements, stencil: &Stencil, black: &mut Field, b: &m
     weigh(m, black, &mut same, b, copy).1
 }
 
-fn mean_magnitude(image: &Image) -> f64 {
+pub(super) fn mean_magnitude(image: &Image) -> f64 {
     image.data().iter().map(|v| f64::from(v.abs())).sum::<f64>() / image.data().len().max(1) as f64
 }

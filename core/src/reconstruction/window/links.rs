@@ -23,7 +23,12 @@ impl Links {
     /// # Errors
     /// If a displacement of a valid pixel leads out of the image or to no pixel.
     pub(super) fn new(motion: Option<&Image>) -> Result<Option<Self>, ReconstructError> {
-        let Some(motion) = motion else { return Ok(None) };
+        let links = motion.map(Self::of).transpose()?;
+        Ok(links.filter(|links| !links.are_still()))
+    }
+
+    /// The same, whether or not anything moves.
+    pub(super) fn of(motion: &Image) -> Result<Self, ReconstructError> {
         let (width, pixels) = (motion.extent().width as usize, motion.extent().pixels());
         let (mut back, mut ahead) = (vec![NONE; pixels], vec![NONE; pixels]);
         for q in 0..pixels {
@@ -41,8 +46,12 @@ impl Links {
                 (back[q], ahead[p]) = (p as u32, q as u32);
             }
         }
-        let still = back.iter().enumerate().all(|(q, p)| *p as usize == q);
-        Ok((!still).then_some(Self { width, back, ahead }))
+        Ok(Self { width, back, ahead })
+    }
+
+    /// Whether every pixel is its own partner.
+    fn are_still(&self) -> bool {
+        self.back.iter().enumerate().all(|(q, p)| *p as usize == q)
     }
 
     /// The partner of a later pixel.

@@ -12,11 +12,20 @@
 //! Manzi, Kettunen, Durand, Zwicker and Lehtinen, "Temporal Gradient-Domain Path Tracing", ACM TOG 35(6), 2016.
 
 mod difference;
+mod gradients;
+mod l1;
 mod l2;
 mod links;
 mod moment;
+mod operator;
+mod precondition;
+mod rules;
 mod share;
+mod source;
 mod spectral;
+mod squares;
+mod system;
+mod trails;
 mod weights;
 mod windows;
 
@@ -27,6 +36,9 @@ pub use windows::Windows;
 use super::{Reconstruct, ReconstructError, ReconstructionKind, SolveReport, merge};
 use crate::film::Image;
 use links::Links;
+use rules::{Alike, Inverse};
+use source::Source;
+use spectral::Uniform;
 
 /// The images of a window's moments.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,10 +69,19 @@ pub fn solve(moments: &[&MomentFilm], kind: ReconstructionKind, alpha: Option<f3
             return Err(ReconstructError::Copies { found: moment.copies().len() });
         }
     }
+    if first.extent().pixels() == 0 {
+        let share = || Share { image: Image::new(first.extent(), 3), copies: None, unbiased: None };
+        return Ok(WindowSolution { moments: moments.iter().map(|_| share()).collect(), report: SolveReport::default() });
+    }
     let links = moments.iter().skip(1).map(|moment| Links::new(moment.motion())).collect::<Result<Vec<_>, _>>()?;
     let window = Window { moments, links, kind, method, alpha };
-    let solved = (0..first.copies().len()).map(|copy| window.of_copy(copy)).collect::<Result<Vec<_>, _>>()?;
-    Ok(window.join(solved))
+    let copies = first.copies().len();
+    let solved = (0..copies).map(|copy| window.of_copy(copy)).collect::<Result<Vec<_>, _>>()?;
+    let mut solution = window.join(solved);
+    if kind == ReconstructionKind::L1 && copies > 1 {
+        window.robust(&mut solution)?;
+    }
+    Ok(solution)
 }
 
 /// A row of moments and how to solve for them.
@@ -79,17 +100,46 @@ type Solved = (Vec<Image>, SolveReport);
 impl Window<'_> {
     /// From one copy alone; what the other one tells are weights.
     fn of_copy(&self, own: usize) -> Result<Solved, ReconstructError> {
-        let copies: Vec<&CopyFilm> = self.moments.iter().map(|moment| &moment.copies()[own]).collect();
-        if self.kind == ReconstructionKind::None {
-            return Ok((copies.iter().map(|copy| copy.primal()).collect(), SolveReport::default()));
-        }
         let other = if self.moments[0].copies().len() == 2 { 1 - own } else { own };
         let alpha = self.alpha.unwrap_or_else(|| self.typical_alpha(other));
-        let weights = weights::uniform(self.moments, &self.links, alpha);
-        if self.kind == ReconstructionKind::L2 && self.links.iter().all(Option::is_none) {
-            return Ok((l2::solve_still(&copies, &weights), SolveReport { alpha, ..SolveReport::default() }));
+        let source = self.source(Some(own));
+        let told = |(images, report): Solved| (images, SolveReport { alpha, ..report });
+        match self.kind {
+            ReconstructionKind::None => {
+                let copies = self.moments.iter().map(|moment| &moment.copies()[own]);
+                Ok((copies.map(CopyFilm::primal).collect(), SolveReport::default()))
+            }
+            ReconstructionKind::WeightedL2 => squares::solve(source, &Inverse::new(other, &source, alpha), squares::TOLERANCE).map(told),
+            ReconstructionKind::L1 => l1::minimise(source, &Uniform::typical(alpha, self.links.len())),
+            _ => self.l2(own, alpha).map(told),
         }
-        Err(ReconstructError::NoWindows { wanted: self.kind.name() })
+    }
+
+    /// Least squares, all pixels alike.
+    fn l2(&self, own: usize, alpha: f32) -> Result<Solved, ReconstructError> {
+        let weights = weights::uniform(self.moments, &self.links, alpha);
+        if self.links.iter().all(Option::is_none) {
+            let copies: Vec<&CopyFilm> = self.moments.iter().map(|moment| &moment.copies()[own]).collect();
+            return Ok((l2::solve_still(&copies, &weights), SolveReport::default()));
+        }
+        squares::solve(self.source(Some(own)), &Alike { weights: &weights, links: &self.links }, squares::TOLERANCE)
+    }
+
+    /// Replaces the mean of the copies' images by what both copies' measurements make together, and adds what least squares make of each.
+    fn robust(&self, solution: &mut WindowSolution) -> Result<(), ReconstructError> {
+        let alpha = solution.report.alpha;
+        let (images, report) = l1::minimise(self.source(None), &Uniform::typical(alpha, self.links.len()))?;
+        let [a, b] = [self.l2(0, alpha)?.0, self.l2(1, alpha)?.0];
+        for ((share, image), unbiased) in solution.moments.iter_mut().zip(images).zip(a.into_iter().zip(b)) {
+            share.image = image;
+            share.unbiased = Some(unbiased.into());
+        }
+        solution.report = report;
+        Ok(())
+    }
+
+    fn source(&self, copy: Option<usize>) -> Source<'_> {
+        Source { moments: self.moments, links: &self.links, copy }
     }
 
     /// The mean over moments of the weight that the noise of one copy calls for.

@@ -6,6 +6,7 @@
 
 use super::super::dct::Dct2;
 use super::super::l2::eigenvalues;
+use super::weights::TYPICAL;
 use rayon::prelude::*;
 
 /// The weights of a window that are alike in all pixels.
@@ -15,6 +16,13 @@ pub(super) struct Uniform {
     pub(super) screen: f64,
     /// Of each moment and the next: w_t² and w_m².
     pub(super) pairs: Vec<[f64; 2]>,
+}
+
+impl Uniform {
+    /// Differences in time count as much as those in space.
+    pub(super) fn typical(alpha: f32, pairs: usize) -> Self {
+        Self { screen: f64::from(alpha) * f64::from(alpha), pairs: vec![[TYPICAL; 2]; pairs] }
+    }
 }
 
 /// The inverse of that operator.

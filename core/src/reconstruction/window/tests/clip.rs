@@ -67,7 +67,7 @@ impl Clip {
     }
 
     /// The pixel of the moment before that shows the same as this one.
-    fn partner(&self, x: u32, y: u32) -> Option<(u32, u32)> {
+    pub(super) fn partner(&self, x: u32, y: u32) -> Option<(u32, u32)> {
         let [columns, rows] = self.pan.unwrap_or([0, 0]);
         let (px, py) = (i64::from(x) - columns, i64::from(y) - rows);
         self.extent().contains(px, py).then_some((px as u32, py as u32))
