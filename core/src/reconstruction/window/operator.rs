@@ -44,22 +44,22 @@ impl<'a> Operator<'a> {
         inner(x, out)
     }
 
-    /// The part of the operator that stays within a moment: a stencil again, because only edges of pixels that moved alike are weighted.
-    pub(super) fn block(&self, moment: usize) -> Stencil {
+    /// What holds a moment, as a stencil: its own one, and those of the changes since the moment before and to the moment after as far as these
+    /// are asked for. Changes only have edges between pixels that moved alike, so that theirs are edges of the moment.
+    pub(super) fn block(&self, moment: usize, [since, until]: [bool; 2]) -> Stencil {
         let mut block = self.space[moment].clone();
-        if let Some(before) = moment.checked_sub(1) {
-            let time = &self.time[before];
+        if let Some(time) = moment.checked_sub(1).filter(|_| since).and_then(|before| self.time.get(before)) {
             for (sum, add) in [(&mut block.screen, &time.screen), (&mut block.wx, &time.wx), (&mut block.wy, &time.wy)] {
                 sum.iter_mut().zip(add).for_each(|(sum, add)| *sum += add);
             }
         }
-        if let Some(time) = self.time.get(moment) {
-            let width = block.width;
-            for p in 0..block.screen.len() {
+        if let Some(time) = self.time.get(moment).filter(|_| until) {
+            let (width, pixels) = (block.width, block.screen.len());
+            for p in 0..pixels {
                 let Some(q) = partner_ahead(self.links[moment].as_ref(), p) else { continue };
                 block.screen[p] += time.screen[q];
                 block.wx[p] += time.wx[q];
-                if p + width < block.screen.len() && q + width < block.screen.len() {
+                if p + width < pixels && q + width < pixels {
                     block.wy[p + width] += time.wy[q + width];
                 }
             }

@@ -7,6 +7,7 @@ mod solvers;
 use super::*;
 use crate::film::{Features, Film, Gradients, HalfFilm, Statistics};
 use crate::lattice::Extent;
+use crate::reconstruction::Measurements;
 use crate::reconstruction::reconstruct;
 use clip::{Clip, brightening};
 
@@ -33,16 +34,91 @@ fn images(solution: WindowSolution) -> Vec<Image> {
     solution.moments.into_iter().map(|share| share.image).collect()
 }
 
+/// What a single frame's method makes of a copy, weighted by another one.
+fn single(copy: &CopyFilm, other: &CopyFilm, kind: ReconstructionKind) -> Image {
+    let planes = |copy: &CopyFilm| [copy.primal(), copy.both(|half| &half.dx), copy.both(|half| &half.dy)];
+    let ([p, dx, dy], [q, ex, ey]) = (planes(copy), planes(other));
+    let own = Measurements { variance: Some(copy.variance()), ..Measurements::new(&p, &dx, &dy) };
+    let other = Measurements { variance: Some(other.variance()), ..Measurements::new(&q, &ex, &ey) };
+    super::super::method(kind).unwrap().solve(&own, Some(&other), 0.3).unwrap().0
+}
+
 #[test]
 fn a_window_of_one_moment_is_a_single_frame() {
+    let moments = Clip::new(brightening(EXTENT, 1, 0.0)).moments();
+    let [a, b] = moments[0].copies() else { panic!("two copies") };
+    for (kind, bound) in [(ReconstructionKind::None, 0.0), (ReconstructionKind::L2, 1e-6), (ReconstructionKind::WeightedL2, 2e-4)] {
+        let window = solve(&refs(&moments), kind, Some(0.3)).unwrap();
+        let [u, v] = window.moments[0].copies.as_ref().unwrap();
+        let off = worst(u, &single(a, b, kind)).max(worst(v, &single(b, a, kind)));
+        assert!(off <= bound, "{}: {off}", kind.name());
+    }
+    // One film is the frame that it would be by itself.
     let clip = Clip { copies: 1, ..Clip::new(brightening(EXTENT, 1, 0.0)) };
     let (film, moments) = (clip.film(0, 0), clip.moments());
-    for kind in kinds() {
+    for (kind, bound) in [(ReconstructionKind::None, 1e-6), (ReconstructionKind::L2, 2e-6), (ReconstructionKind::L1, 5e-3)] {
         let window = images(solve(&refs(&moments), kind, Some(0.3)).unwrap());
-        let frame = reconstruct(&film, kind, 0.3).unwrap().image;
-        let off = worst(&window[0], &frame);
-        let bound = if kind == ReconstructionKind::WeightedL2 { 2e-2 } else { 2e-6 };
+        let off = worst(&window[0], &reconstruct(&film, kind, 0.3).unwrap().image);
         assert!(off < bound, "{}: {off}", kind.name());
+    }
+}
+
+#[test]
+fn what_cannot_be_solved_is_refused() {
+    let clip = |width, height, copies| Clip { copies, ..Clip::new(brightening(Extent { width, height }, 2, 0.1)) };
+    let (two, one, small) = (clip(6, 5, 2).moments(), clip(6, 5, 1).moments(), clip(5, 5, 2).moments());
+    let refused = |moments: &[&MomentFilm], kind, alpha| solve(moments, kind, alpha).unwrap_err();
+    let l2 = ReconstructionKind::L2;
+    for kind in ReconstructionKind::ALL.into_iter().filter(|kind| !kind.takes_windows()) {
+        assert_eq!(refused(&refs(&two), kind, None), ReconstructError::NoWindows { wanted: kind.name() });
+    }
+    assert!(matches!(refused(&refs(&two), l2, Some(f32::NAN)), ReconstructError::Alpha { .. }));
+    assert_eq!(refused(&[&two[0], &one[1]], l2, None), ReconstructError::Copies { found: 1 });
+    assert!(matches!(refused(&[&two[0], &small[1]], l2, None), ReconstructError::Sizes { .. }));
+    assert_eq!(solve(&[], l2, None).unwrap().moments, []);
+
+    let film = clip(6, 5, 1).film(0, 0);
+    assert_eq!(MomentFilm::new(&[]), Err(ReconstructError::Copies { found: 0 }));
+    assert_eq!(MomentFilm::new(&[&film, &film, &film]), Err(ReconstructError::Copies { found: 3 }));
+    assert!(matches!(MomentFilm::new(&[&film, &clip(5, 6, 1).film(0, 0)]), Err(ReconstructError::Sizes { .. })));
+    let spoilt = |spoil: fn(&mut Film)| {
+        let mut film = film.clone();
+        spoil(&mut film);
+        MomentFilm::new(&[&film]).unwrap_err()
+    };
+    assert_eq!(spoilt(|film| film.halves[1].samples = 0), ReconstructError::NoSharedSeeds);
+    assert!(matches!(spoilt(|film| film.halves[0].gradients = None), ReconstructError::NoGradients { .. }));
+    assert_eq!(spoilt(|film| film.halves[1].primal.set(2, 0, 0, f32::NAN)), ReconstructError::NotFinite { plane: "primal", index: 2 });
+    assert_eq!(
+        spoilt(|film| film.halves[0].direct.set(0, 0, 0, f32::INFINITY)),
+        ReconstructError::NotFinite { plane: "direct emission", index: 0 }
+    );
+    let mut lost = clip(6, 5, 1).moments();
+    let mut motion = Image::new(Extent { width: 6, height: 5 }, 3);
+    motion.set(0, 0, 0, -1.0);
+    motion.set(0, 0, 2, 1.0);
+    lost[1].motion = Some(motion);
+    assert_eq!(refused(&refs(&lost), l2, None), ReconstructError::Motion { pixel: [0, 0], found: [-1.0, 0.0] });
+}
+
+#[test]
+fn odd_clips_are_solved() {
+    for (width, height, count) in [(1, 1, 3), (17, 1, 4), (1, 17, 2), (2, 2, 1), (9, 8, 12)] {
+        for pan in [None, Some([1, 0]), Some([0, -3])] {
+            let extent = Extent { width, height };
+            for copies in [1, 2] {
+                let moments = Clip { pan, copies, ..Clip::new(clip::panning(extent, count, pan.unwrap_or([0, 0]))) }.moments();
+                for kind in kinds() {
+                    let solved = images(solve(&refs(&moments), kind, None).unwrap());
+                    assert!(solved.len() == count && solved.iter().flat_map(|image| image.data()).all(|v| v.is_finite() && v.abs() < 20.0));
+                }
+            }
+        }
+    }
+    // Black stays black.
+    let black = Clip::new(vec![Image::new(EXTENT, 3); 3]).moments();
+    for kind in kinds() {
+        assert!(images(solve(&refs(&black), kind, None).unwrap()).iter().all(|image| image.data().iter().all(|v| *v == 0.0)));
     }
 }
 

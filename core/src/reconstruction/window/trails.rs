@@ -60,44 +60,39 @@ impl Trails {
         }
     }
 
-    /// The sum of the moments' stencils over each trail. An edge that leads away from the trail beside it holds its pixel.
-    pub(super) fn sum_stencils(&self, moments: &[Stencil], out: &mut Stencil) {
+    /// Adds the stencil of a moment, trail by trail. An edge that leads away from the trail beside it holds its pixel.
+    pub(super) fn add_stencil(&self, moment: usize, stencil: &Stencil, out: &mut Stencil) {
         let (width, pixels) = (out.width, out.width * out.height);
-        out.screen.fill(0.0);
-        out.wx.fill(0.0);
-        out.wy.fill(0.0);
-        for (stencil, places) in moments.iter().zip(&self.from_middle) {
-            let at = |m: usize| places.as_ref().map_or(Some(m), |places| (places[m] != NONE).then_some(places[m] as usize));
-            let rows = out.screen.par_chunks_mut(width).zip(out.wx.par_chunks_mut(width)).zip(out.wy[..pixels].par_chunks_mut(width));
-            rows.enumerate().for_each(|(y, ((screen, wx), wy))| {
-                for x in 0..width {
-                    let m = y * width + x;
-                    let Some(i) = at(m) else { continue };
-                    let (right, left) = (stencil.wx[i], if i > 0 { stencil.wx[i - 1] } else { 0.0 });
-                    let (above, below) = (stencil.wy[i], stencil.wy[i + width]);
-                    screen[x] += stencil.screen[i];
-                    let beside = |there: bool, m: usize, i: usize| there && at(m) == Some(i);
-                    if beside(x + 1 < width, m + 1, i + 1) {
-                        wx[x] += right
-                    } else {
-                        screen[x] += right
-                    }
-                    if !beside(x > 0, m.wrapping_sub(1), i.wrapping_sub(1)) {
-                        screen[x] += left;
-                    }
-                    if beside(y > 0, m.wrapping_sub(width), i.wrapping_sub(width)) {
-                        wy[x] += above
-                    } else {
-                        screen[x] += above
-                    }
-                    if !beside(m + width < pixels, m + width, i + width) {
-                        screen[x] += below;
-                    }
+        let places = self.from_middle[moment].as_deref();
+        let at = |m: usize| places.map_or(Some(m), |places| (places[m] != NONE).then_some(places[m] as usize));
+        let rows = out.screen.par_chunks_mut(width).zip(out.wx.par_chunks_mut(width)).zip(out.wy[..pixels].par_chunks_mut(width));
+        rows.enumerate().for_each(|(y, ((screen, wx), wy))| {
+            for x in 0..width {
+                let m = y * width + x;
+                let Some(i) = at(m) else { continue };
+                let (right, left) = (stencil.wx[i], if i > 0 { stencil.wx[i - 1] } else { 0.0 });
+                let (above, below) = (stencil.wy[i], stencil.wy[i + width]);
+                let beside = |there: bool, m: usize, i: usize| there && at(m) == Some(i);
+                screen[x] += stencil.screen[i];
+                // An edge counts for the pixel to its left or below it, and where it leads away for both.
+                if beside(x + 1 < width, m + 1, i + 1) {
+                    wx[x] += right
+                } else {
+                    screen[x] += right
                 }
-            });
-        }
-        // What no moment weighs must still be positive.
-        out.screen.par_iter_mut().for_each(|v| *v = v.max(f32::MIN_POSITIVE));
+                if !beside(x > 0, m.wrapping_sub(1), i.wrapping_sub(1)) {
+                    screen[x] += left;
+                }
+                if beside(y > 0, m.wrapping_sub(width), i.wrapping_sub(width)) {
+                    wy[x] += above
+                } else {
+                    screen[x] += above
+                }
+                if !beside(m + width < pixels, m + width, i + width) {
+                    screen[x] += below;
+                }
+            }
+        });
     }
 }
 
