@@ -12,7 +12,7 @@ use crate::lattice::Extent;
 pub struct MomentFilm {
     extent: Extent,
     pub(super) copies: Vec<CopyFilm>,
-    motion: Option<Image>,
+    pub(super) motion: Option<Image>,
 }
 
 /// One of the independent copies of a moment.
