@@ -51,7 +51,12 @@ const METHODS: [Method; 7] = [
     Method { name: "gpt+weighted-l2", technique: Technique::Gpt, reconstruction: ReconstructionKind::WeightedL2, temporal: None },
     Method { name: "temporal l2", technique: Technique::Gpt, reconstruction: ReconstructionKind::L2, temporal: Some(false) },
     Method { name: "temporal l2, motion", technique: Technique::Gpt, reconstruction: ReconstructionKind::L2, temporal: Some(true) },
-    Method { name: "temporal weighted-l2", technique: Technique::Gpt, reconstruction: ReconstructionKind::WeightedL2, temporal: Some(false) },
+    Method {
+        name: "temporal weighted-l2",
+        technique: Technique::Gpt,
+        reconstruction: ReconstructionKind::WeightedL2,
+        temporal: Some(false),
+    },
     Method {
         name: "temporal weighted-l2, motion",
         technique: Technique::Gpt,

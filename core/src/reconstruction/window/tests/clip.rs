@@ -14,12 +14,15 @@ pub(super) struct Clip {
     /// Copies: 1 or 2.
     pub(super) copies: usize,
     /// Which pixels keep nothing of the random numbers of the moment before.
-    pub(super) fresh: fn(u32, u32) -> bool,
+    pub(super) fresh: Pixels,
     /// What makes one run differ from another.
     pub(super) seed: u64,
 }
 
-pub(super) const NOWHERE: fn(u32, u32) -> bool = |_, _| false;
+/// Which pixels, by column and row.
+pub(super) type Pixels = fn(u32, u32) -> bool;
+
+pub(super) const NOWHERE: Pixels = |_, _| false;
 
 /// A picture that stands still, brightens by `pace` a moment.
 pub(super) fn brightening(extent: Extent, count: usize, pace: f32) -> Vec<Image> {

@@ -16,7 +16,7 @@ fn errors(images: &[Image], truth: &[Image]) -> [f64; 2] {
 fn a_window_has_less_error_and_less_flicker_than_frames_by_themselves() {
     let extent = Extent { width: 32, height: 24 };
     // A picture that brightens, one that also loses its random numbers in a corner, and one that rests.
-    let clips: [(&str, f32, fn(u32, u32) -> bool); 3] =
+    let clips: [(&str, f32, clip::Pixels); 3] =
         [("rests", 0.0, clip::NOWHERE), ("brightens", 0.05, clip::NOWHERE), ("partly new", 0.05, |x, y| x < 12 && y < 12)];
     for (name, pace, fresh) in clips {
         let clip = Clip { fresh, ..Clip::new(brightening(extent, 8, pace)) };
