@@ -241,8 +241,14 @@ fn the_schema_knows_what_the_reader_knows() {
 fn our_own_scenes_are_sound() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenes");
     let schema = json_schema();
-    let scenes: [(&str, &[&str]); 4] =
-        [("cornell-box", &[]), ("door-ajar", &[]), ("glossy-counter", &[]), ("hall", &["column.obj", "urn.ply"])];
+    let scenes: [(&str, &[&str]); 6] = [
+        ("cornell-box", &[]),
+        ("colonnade", &[]),
+        ("turning-box", &[]),
+        ("door-ajar", &[]),
+        ("glossy-counter", &[]),
+        ("hall", &["column.obj", "urn.ply"]),
+    ];
     for (name, assets) in scenes {
         let path = folder.join(name).with_extension("json");
         let loaded = super::load(&path).unwrap();
