@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::super::xml::Element;
 use super::prepare::Document;
 use crate::scene::assets::{Assets, MadeAssets};
-use crate::scene::description::{Environment, Light, Material, Medium, Shape, Texture};
+use crate::scene::description::{Animation, Environment, Light, Material, Medium, Shape, Texture};
 use crate::scene::error::{Error, ErrorKind};
 
 /// Elements that refer to elements that refer to elements, and so on.
@@ -27,6 +27,8 @@ pub(super) struct Context<'a> {
     pub(super) groups: BTreeMap<String, Vec<Shape>>,
     pub(super) lights: Vec<Light>,
     pub(super) environment: Option<Environment>,
+    /// What moves.
+    pub(super) animation: Animation,
     pub(super) made: MadeAssets,
     /// Name of the medium around the camera.
     pub(super) around: Option<String>,
@@ -59,6 +61,7 @@ impl<'a> Context<'a> {
             groups: BTreeMap::new(),
             lights: Vec::new(),
             environment: None,
+            animation: Animation::default(),
             made: MadeAssets::new(),
             around: None,
             origins: BTreeMap::new(),

@@ -53,13 +53,23 @@ impl<'a> Context<'a> {
         element.attribute("id").unwrap_or_default().to_string()
     }
 
+    /// Where a light stands and shines to; of one that moves, in its own frame.
+    fn light_frame(&mut self, element: &'a Element) -> Result<([f64; 3], [f64; 3], Transform), Error> {
+        let to_world = self.to_world(element)?;
+        if to_world.nodes().next().is_some() {
+            return Ok(([0.0; 3], [0.0, 0.0, 1.0], to_world));
+        }
+        let matrix = to_world.matrix();
+        Ok((matrix.w_axis.truncate().to_array(), matrix.z_axis.truncate().to_array(), Transform::default()))
+    }
+
     fn point_light(&mut self, element: &'a Element) -> Result<Light, Error> {
         let intensity = self.colour(element, "intensity", Meaning::Radiance)?.unwrap_or(Colour::WHITE);
-        let position = match self.point(element, "position")? {
-            Some(position) => position,
-            None => self.to_world(element)?.matrix().w_axis.truncate().to_array(),
+        let (position, _, to_world) = match self.point(element, "position")? {
+            Some(position) => (position, [0.0; 3], Transform::default()),
+            None => self.light_frame(element)?,
         };
-        Ok(Light::Point(PointLight { name: Context::light_name(element), position, intensity, to_world: Transform::default() }))
+        Ok(Light::Point(PointLight { name: Context::light_name(element), position, intensity, to_world }))
     }
 
     fn spot_light(&mut self, element: &'a Element) -> Result<Light, Error> {
@@ -67,33 +77,28 @@ impl<'a> Context<'a> {
         if let Some(texture) = self.parameter(element, "texture")? {
             return Err(self.unsupported(texture, "a spot of one colour"));
         }
-        let matrix = self.to_world(element)?.matrix();
+        let (position, direction, to_world) = self.light_frame(element)?;
         let outer_angle = self.number(element, "cutoff_angle")?.unwrap_or(20.0);
         let inner_angle = self.number(element, "beam_width")?.unwrap_or(outer_angle * 0.75);
         Ok(Light::Spot(SpotLight {
             name: Context::light_name(element),
-            position: matrix.w_axis.truncate().to_array(),
-            direction: matrix.z_axis.truncate().to_array(),
+            position,
+            direction,
             intensity,
             inner_angle,
             outer_angle,
             falloff: Falloff::Linear,
-            to_world: Transform::default(),
+            to_world,
         }))
     }
 
     fn directional_light(&mut self, element: &'a Element) -> Result<Light, Error> {
         let irradiance = self.colour(element, "irradiance", Meaning::Radiance)?.unwrap_or(Colour::WHITE);
-        let direction = match self.point(element, "direction")? {
-            Some(direction) => direction,
-            None => self.to_world(element)?.matrix().z_axis.truncate().to_array(),
+        let (_, direction, to_world) = match self.point(element, "direction")? {
+            Some(direction) => ([0.0; 3], direction, Transform::default()),
+            None => self.light_frame(element)?,
         };
-        Ok(Light::Directional(DirectionalLight {
-            name: Context::light_name(element),
-            direction,
-            irradiance,
-            to_world: Transform::default(),
-        }))
+        Ok(Light::Directional(DirectionalLight { name: Context::light_name(element), direction, irradiance, to_world }))
     }
 
     /// In Mitsuba's image −Z lies at the left edge, in ours in the middle: half a turn about the vertical lies between the two.
@@ -107,7 +112,7 @@ impl<'a> Context<'a> {
         }
         self.leave(element, &["cache", "mis_compensation"], "says how Mitsuba samples")?;
         let turn = Operation::Rotate(Rotation { axis: [0.0, 1.0, 0.0], degrees: 180.0 });
-        let to_world = Transform([turn].into_iter().chain(self.to_world(element)?.0).collect());
+        let to_world = Transform([turn].into_iter().chain(self.resting(element)?.0).collect());
         Ok(EnvironmentImage { file, to_world, scale: Colour::grey(scale) })
     }
 
@@ -116,7 +121,7 @@ impl<'a> Context<'a> {
         self.note(element, "another sky model is used: colours and brightness differ a little");
         let zenith = Operation::Rotate(Rotation { axis: [1.0, 0.0, 0.0], degrees: 90.0 });
         let upright = if self.old { Vec::new() } else { vec![zenith] };
-        let to_world = Transform(upright.into_iter().chain(self.to_world(element)?.0).collect());
+        let to_world = Transform(upright.into_iter().chain(self.resting(element)?.0).collect());
         let towards = match self.point(element, "sun_direction")? {
             Some(direction) => glam::DVec3::from(direction),
             None => {

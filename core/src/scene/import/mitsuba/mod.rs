@@ -3,6 +3,7 @@
 //! Nothing is dropped in silence. What would change the picture and cannot be honoured is an error that names file, line and element; what is
 //! approximated, or only says how Mitsuba was to work (samplers, file formats), goes into the report. `docs/formats.md` has the whole table.
 
+mod animation;
 mod bsdf;
 mod context;
 mod cube;
@@ -131,7 +132,7 @@ impl<'a> Scene<'a> {
             lights: context.lights,
             environment: context.environment,
             medium: context.around,
-            animation: None,
+            animation: (!context.animation.nodes.is_empty()).then_some(context.animation),
         };
         description.validate(file).map_err(|fault| locate(fault, &context.origins))?;
         Ok(Imported { description, made: context.made, report: context.report })

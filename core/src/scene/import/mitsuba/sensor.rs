@@ -25,7 +25,7 @@ impl<'a> Context<'a> {
             _ => return Err(self.unsupported(element, "perspective, thinlens or orthographic")),
         };
         self.leave(element, &["near_clip", "far_clip"], "nothing is clipped here")?;
-        self.leave(element, &["shutter_open", "shutter_close"], "nothing moves here")?;
+        self.leave(element, &["shutter_open", "shutter_close"], "how long the shutter is open is said with the job")?;
         for sampler in self.nested(element, "sampler")? {
             self.note(sampler, "left aside: samples are chosen for each job");
             sampler.children.iter().for_each(|child| child.used.set(true));
@@ -99,6 +99,11 @@ impl<'a> Context<'a> {
 
     /// A transform without its even scale, and that scale.
     fn unscaled(&self, element: &'a Element, written: Transform) -> Result<(Transform, f64), Error> {
+        if written.nodes().next().is_some() {
+            // Scales of what moves are taken out of cameras at each instant.
+            let matrix = self.first(&written);
+            return Ok((written, if self.kind(element)? == "orthographic" { matrix.x_axis.truncate().length() } else { 1.0 }));
+        }
         let matrix = written.matrix();
         let scale = matrix.x_axis.truncate().length();
         let is_even = [matrix.y_axis, matrix.z_axis].iter().all(|axis| (axis.truncate().length() - scale).abs() <= 1e-3 * scale);

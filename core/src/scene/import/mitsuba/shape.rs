@@ -5,7 +5,7 @@ use super::bsdf;
 use super::context::Context;
 use super::values::Meaning;
 use crate::scene::description::{
-    ColourInput, Cylinder, Diffuse, Emission, Geometry, Instance, Material, MeshFile, Normals, Shape, Sphere, Transform,
+    ColourInput, Cylinder, Diffuse, Emission, Geometry, Instance, Material, MeshFile, Normals, Shape, Sphere,
 };
 use crate::scene::error::{Error, ErrorKind};
 
@@ -52,7 +52,7 @@ impl<'a> Context<'a> {
                 geometry = super::cube::textured();
             }
         }
-        if mirrors(&to_world) {
+        if mirrors(self.first(&to_world)) {
             if form.faceted {
                 flip_normals = !flip_normals;
             } else if matches!(geometry, Geometry::Obj(_) | Geometry::Ply(_)) {
@@ -212,6 +212,6 @@ impl<'a> Context<'a> {
     }
 }
 
-fn mirrors(transform: &Transform) -> bool {
-    glam::DMat3::from_mat4(transform.matrix()).determinant() < 0.0
+fn mirrors(matrix: glam::DMat4) -> bool {
+    glam::DMat3::from_mat4(matrix).determinant() < 0.0
 }

@@ -6,16 +6,19 @@ use crate::scene::description::{LookAt, Operation, Rotation, Transform, UvTransf
 use crate::scene::error::{Error, ErrorKind};
 
 impl<'a> Context<'a> {
-    /// Reads the parameter `to_world`; without one nothing is changed.
-    pub(super) fn to_world(&self, element: &'a Element) -> Result<Transform, Error> {
+    /// Reads the parameter `to_world`; without one nothing is changed. An `<animation>` becomes a node.
+    pub(super) fn to_world(&mut self, element: &'a Element) -> Result<Transform, Error> {
         let Some(parameter) = self.parameter(element, "to_world")? else { return Ok(Transform::default()) };
+        if parameter.tag == "animation" && self.old {
+            return self.moving(parameter);
+        }
         if parameter.tag != "transform" {
             return Err(self.unsupported(parameter, "<transform>"));
         }
         Ok(Transform(parameter.children.iter().map(|child| self.operation(child)).collect::<Result<_, _>>()?))
     }
 
-    fn operation(&self, element: &'a Element) -> Result<Operation, Error> {
+    pub(super) fn operation(&self, element: &'a Element) -> Result<Operation, Error> {
         Ok(match element.tag.as_str() {
             "translate" => Operation::Translate(self.triple(element, 0.0)?),
             "scale" => Operation::Scale(self.triple(element, 1.0)?),

@@ -108,3 +108,44 @@ fn the_cornell_box_is_the_same_in_both_generations_where_it_is_at_hand() {
     assert_eq!(bare(&new), bare(&old));
     assert_eq!(new.camera, old.camera);
 }
+
+#[test]
+fn animations_move_what_they_stand_in() {
+    let animation = |more: &str| {
+        format!(
+            "<animation name=\"toWorld\"><transform time=\"0\">{more}<translate x=\"1\"/></transform>\
+             <transform time=\"2\">{more}<rotate y=\"1\" angle=\"90\"/><translate x=\"3\"/></transform></animation>"
+        )
+    };
+    let text = |inside: &str| {
+        format!(
+            "<scene version=\"0.6.0\"><sensor type=\"perspective\">{}<float name=\"shutterClose\" value=\"1\"/></sensor>{inside}</scene>",
+            animation("")
+        )
+    };
+    let inside = format!(
+        "<shape type=\"rectangle\">{}<emitter type=\"area\"/></shape><emitter type=\"spot\">{}</emitter>",
+        animation("<scale value=\"2\"/>"),
+        animation("")
+    );
+    let imported = super::super::import(&text(&inside), "s.xml", &PAIR).unwrap();
+    let still = imported.description.at(1.0).unwrap();
+    // Half-way: turned by 45° about +Y, moved by 2. A corner of the square, twice as large: (2, 2, 0).
+    let half = 0.5f64.sqrt();
+    let corner = still.shapes[0].to_world.matrix().transform_point3(glam::DVec3::new(1.0, 1.0, 0.0));
+    assert!((corner - glam::DVec3::new(2.0 + 2.0 * half, 2.0, -2.0 * half)).length() < 1e-9, "{corner}");
+    let sight = still.camera.to_world().matrix().transform_vector3(glam::DVec3::Z);
+    assert!((sight - glam::DVec3::new(half, 0.0, half)).length() < 1e-9, "{sight}");
+    let place = still.lights[0].to_world().matrix().w_axis.truncate();
+    assert!((place - glam::DVec3::new(2.0, 0.0, 0.0)).length() < 1e-9, "{place}");
+    assert_eq!(imported.description.animation.as_ref().unwrap().span(), Some([0.0, 2.0]));
+    assert!(imported.report.iter().any(|line| line.contains("shutter")), "{:?}", imported.report);
+    for (from, to, words) in [
+        ("time=\"2\"", "time=\"0\"", "each later than the one before"),
+        ("<transform time=\"0\">", "<transform>", "no attribute `time`"),
+        ("type=\"spot\"", "type=\"sky\"", "a to_world that does not move"),
+    ] {
+        let error = super::super::import(&text(&inside).replacen(from, to, 1), "s.xml", &PAIR).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}\nlacks {words}");
+    }
+}
