@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::animate::check_deformation;
+use super::animate::{Pose, check_deformation};
 use super::assets::check_name;
 use super::description::{
     Animation, Camera, Colour, Cylinder, Filter, Geometry, Material, MeshInline, Operation, SceneDescription, Shape, Transform, VERSION,
@@ -22,6 +22,11 @@ pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Er
         Some(animation) => check.animated(scene, animation),
         None => still(&check, scene),
     }
+}
+
+/// Checks what moves in a description that is sound at its keys, as it is at one instant.
+pub(super) fn instant(pose: &Pose<'_>, still: &SceneDescription, file: &str, seconds: f64) -> Result<(), Error> {
+    Check { file, animation: None, meshes: false }.parts(pose, still, seconds)
 }
 
 /// Checks a whole description in which nothing moves, or one instant of one.

@@ -11,6 +11,7 @@ use serde_json::Value as Json;
 
 use super::description::{Camera, Geometry, MeshInline, SceneDescription, Shape, Transform};
 use super::error::{Error, ErrorKind};
+use super::validate;
 use target::{Element, Step};
 
 mod deform;
@@ -51,7 +52,9 @@ impl SceneDescription {
             return Err(Error::new(ErrorKind::Invalid, DESCRIPTION, "animation", format!("the time {seconds} s"), "a finite time"));
         }
         let mut still = SceneDescription { animation: None, ..self.clone() };
-        let frames = Pose::new(self, DESCRIPTION)?.put(&mut still, seconds)?;
+        let pose = Pose::new(self, DESCRIPTION)?;
+        let frames = pose.put(&mut still, seconds)?;
+        validate::instant(&pose, &still, DESCRIPTION, seconds)?;
         deform::bake(&mut still, &frames)?;
         Ok(still)
     }

@@ -171,6 +171,18 @@ fn a_cubic_that_leaves_the_domain_between_keys_is_refused() {
 }
 
 #[test]
+fn what_leaves_the_domain_between_keys_is_an_error_of_that_instant() {
+    let text = written().replace(
+        "lights[0].point.intensity\", \"times\": [0, 1], \"values\": [[1, 1, 1], [3, 2, 1]]",
+        "lights[1].spot.direction\", \"times\": [0, 1], \"values\": [[0, 0, 1], [0, 0, -1]]",
+    );
+    let scene = SceneDescription::from_json(&text, "s.json").unwrap();
+    assert!(scene.at(0.4).is_ok());
+    let error = scene.at(0.5).unwrap_err().to_string();
+    assert!(error.contains("animation.tracks[4], lights[1].spot.direction") && error.contains("at 0.5 s"), "{error}");
+}
+
+#[test]
 fn what_is_written_is_read_back() {
     let scene = scene();
     assert_eq!(SceneDescription::from_json(&scene.to_json(), "again").unwrap(), scene);

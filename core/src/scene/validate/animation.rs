@@ -22,26 +22,31 @@ impl Check<'_> {
         let first = times.first().copied().unwrap_or(0.0);
         pose.put(&mut still, first)?;
         super::still(self, &still)?;
-        let quick = Check { meshes: false, ..*self };
         for seconds in times {
             pose.put(&mut still, seconds)?;
-            let mut surfaces = false;
-            for element in pose.parts() {
-                let path = element.path();
-                match element {
-                    Element::Node(_) => Ok(()),
-                    Element::Camera => quick.camera(&still.camera),
-                    Element::Texture(_) | Element::Medium(_) | Element::Material(_) if std::mem::replace(&mut surfaces, true) => Ok(()),
-                    Element::Texture(_) | Element::Medium(_) | Element::Material(_) => quick.surfaces(&still),
-                    Element::Environment => still.environment.as_ref().map_or(Ok(()), |environment| quick.environment(environment)),
-                    Element::Light(index) => quick.light(&path, &still.lights[*index]),
-                    Element::Shape(index) => quick.shape(&path, &still.shapes[*index], &still, false),
-                    Element::Group(name, index) => {
-                        still.groups.get(name).map_or(Ok(()), |shapes| quick.shape(&path, &shapes[*index], &still, true))
-                    }
+            Check { meshes: false, ..*self }.parts(&pose, &still, seconds)?;
+        }
+        Ok(())
+    }
+
+    /// Checks what changes, as it is at one instant.
+    pub(super) fn parts(&self, pose: &Pose<'_>, still: &SceneDescription, seconds: f64) -> Result<(), Error> {
+        let mut surfaces = false;
+        for element in pose.parts() {
+            let path = element.path();
+            match element {
+                Element::Node(_) => Ok(()),
+                Element::Camera => self.camera(&still.camera),
+                Element::Texture(_) | Element::Medium(_) | Element::Material(_) if std::mem::replace(&mut surfaces, true) => Ok(()),
+                Element::Texture(_) | Element::Medium(_) | Element::Material(_) => self.surfaces(still),
+                Element::Environment => still.environment.as_ref().map_or(Ok(()), |environment| self.environment(environment)),
+                Element::Light(index) => self.light(&path, &still.lights[*index]),
+                Element::Shape(index) => self.shape(&path, &still.shapes[*index], still, false),
+                Element::Group(name, index) => {
+                    still.groups.get(name).map_or(Ok(()), |shapes| self.shape(&path, &shapes[*index], still, true))
                 }
-                .map_err(|fault| pose.blame(fault, element, seconds))?;
             }
+            .map_err(|fault| pose.blame(fault, element, seconds))?;
         }
         Ok(())
     }

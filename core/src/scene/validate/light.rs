@@ -6,6 +6,12 @@ use super::Check;
 
 impl Check<'_> {
     pub(super) fn light(&self, path: &str, light: &Light) -> Result<(), Error> {
+        let kind = match light {
+            Light::Point(_) => "point",
+            Light::Spot(_) => "spot",
+            Light::Directional(_) => "directional",
+        };
+        self.transform(&format!("{path}.{kind}.to_world"), light.to_world())?;
         match light {
             Light::Point(point) => {
                 self.position(&format!("{path}.point.position"), point.position)?;

@@ -4,9 +4,7 @@ use super::super::xml::Element;
 use super::bsdf;
 use super::context::Context;
 use super::values::Meaning;
-use crate::scene::description::{
-    ColourInput, Cylinder, Diffuse, Emission, Geometry, Instance, Material, MeshFile, Normals, Shape, Sphere,
-};
+use crate::scene::description::{ColourInput, Cylinder, Diffuse, Emission, Geometry, Instance, Material, MeshFile, Normals, Shape, Sphere};
 use crate::scene::error::{Error, ErrorKind};
 
 const KNOWN: &str = "rectangle, cube, sphere, disk, cylinder, obj, ply, serialized, shapegroup or instance";

@@ -119,7 +119,7 @@ fn animations_move_what_they_stand_in() {
     };
     let text = |inside: &str| {
         format!(
-            "<scene version=\"0.6.0\"><sensor type=\"perspective\">{}<float name=\"shutterClose\" value=\"1\"/></sensor>{inside}</scene>",
+            "<scene version=\"0.6.0\"><sensor type=\"perspective\">{}<film type=\"hdrfilm\"/><float name=\"shutterClose\" value=\"1\"/></sensor>{inside}</scene>",
             animation("")
         )
     };
