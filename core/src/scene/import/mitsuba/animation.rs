@@ -73,7 +73,7 @@ impl<'a> Context<'a> {
     /// # Errors
     /// An `<animation>`.
     pub(super) fn resting(&mut self, element: &'a Element) -> Result<Transform, Error> {
-        let to_world = self.to_world(element)?;
+        let to_world = self.placing(element)?;
         if to_world.nodes().next().is_some() {
             return Err(self.unsupported(element, "a to_world that does not move"));
         }

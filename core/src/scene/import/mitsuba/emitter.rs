@@ -55,7 +55,7 @@ impl<'a> Context<'a> {
 
     /// Where a light stands and shines to; of one that moves, in its own frame.
     fn light_frame(&mut self, element: &'a Element) -> Result<([f64; 3], [f64; 3], Transform), Error> {
-        let to_world = self.to_world(element)?;
+        let to_world = self.placing(element)?;
         if to_world.nodes().next().is_some() {
             return Ok(([0.0; 3], [0.0, 0.0, 1.0], to_world));
         }

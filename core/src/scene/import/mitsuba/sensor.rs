@@ -16,7 +16,7 @@ impl<'a> Context<'a> {
         let kind = self.kind(element)?;
         let film = self.nested_one(element, "film")?;
         let film = self.film(film.ok_or_else(|| element.fault(ErrorKind::Malformed, "no <film>", "one"))?)?;
-        let written = self.to_world(element)?;
+        let written = self.placing(element)?;
         let (to_world, scale) = self.unscaled(element, written)?;
         let camera = match kind {
             "perspective" => Camera::Perspective(self.perspective(element, to_world, scale, film, false)?),

@@ -37,7 +37,7 @@ impl<'a> Context<'a> {
             None => self.unsaid(emitter.is_some(), has_media),
         };
         let form = self.form(element)?;
-        let to_world = self.to_world(element)?;
+        let to_world = self.placing(element)?;
         let mut flip_normals = self.boolean(element, "flip_normals")?.unwrap_or(false);
         let mut emission = emitter.map(|emitter| self.emission(emitter)).transpose()?;
         let mut geometry = form.geometry;
@@ -179,7 +179,7 @@ impl<'a> Context<'a> {
             return Err(self.unsupported(group, "shapegroup"));
         }
         let of = self.group(group)?;
-        let to_world = self.to_world(element)?;
+        let to_world = self.placing(element)?;
         self.finish(element, "to_world and a shapegroup")?;
         let name = element.attribute("id").unwrap_or_default().to_string();
         let geometry = Geometry::Instance(Instance { of });
@@ -192,7 +192,7 @@ impl<'a> Context<'a> {
         if self.groups.contains_key(&name) {
             return Ok(name);
         }
-        let to_world = self.to_world(element)?;
+        let to_world = self.placing(element)?;
         let shapes = self.inside(element, &name, |context| {
             let mut shapes = Vec::new();
             for child in context.nested(element, "shape")? {

@@ -7,7 +7,7 @@ use crate::scene::error::{Error, ErrorKind};
 
 impl<'a> Context<'a> {
     /// Reads the parameter `to_world`; without one nothing is changed. An `<animation>` becomes a node.
-    pub(super) fn to_world(&mut self, element: &'a Element) -> Result<Transform, Error> {
+    pub(super) fn placing(&mut self, element: &'a Element) -> Result<Transform, Error> {
         let Some(parameter) = self.parameter(element, "to_world")? else { return Ok(Transform::default()) };
         if parameter.tag == "animation" && self.old {
             return self.moving(parameter);
