@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{SCENE, Server, assert_code, folder, last_json, run, stderr, stdout};
+use common::{SCENE, Server, assert_code, folder, last_json, moving_scene, run, stderr, stdout};
 use reqwest::Client;
 use serde_json::{Value, json};
 
@@ -79,7 +79,7 @@ fn a_render_that_falls_short_says_how_far_it_got() {
 async fn a_job_tells_its_curve_over_http() {
     let server = Server::start(2);
     let client = Client::builder().no_proxy().build().unwrap();
-    let scene: Value = serde_json::from_str(SCENE).unwrap();
+    let scene: Value = serde_json::from_str(&moving_scene()).unwrap();
     let options = json!({ "error": 0.05, "seconds": 600, "technique": "gpt", "frame_count": 2, "first_frame": 4 });
     let job: Value =
         client.post(server.url("/jobs")).json(&json!({ "scene": scene, "options": options })).send().await.unwrap().json().await.unwrap();

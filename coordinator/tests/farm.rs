@@ -99,14 +99,15 @@ async fn a_job_is_rendered_and_its_story_can_be_followed() {
     let folder = tempfile::tempdir().unwrap();
     let mut farm = Farm::open(folder.path()).await;
     farm.hire(2);
-    let mut wanted = submission(37);
+    let mut wanted = Submission { description: common::moving_scene(), ..submission(37) };
     wanted.frames = Frames { first: 4, count: 2 };
+    wanted.request.temporal = Some(false);
     let job = farm.handle.submit(wanted).await.unwrap();
     let events: Vec<JobEvent> = tokio::time::timeout(PATIENCE, farm.handle.subscribe(job).await.unwrap().collect()).await.unwrap();
     assert!(matches!(events[0], JobEvent::State { .. }), "{:?}", events[0]);
     assert!(matches!(events.last(), Some(JobEvent::State { state: JobState::Done, error: None })), "{:?}", events.last());
     for number in [4, 5] {
-        assert!(events.contains(&JobEvent::Frame { frame: number, state: FrameState::Done }));
+        assert!(events.contains(&JobEvent::Frame { frame: number, end: number + 1, state: FrameState::Done }));
     }
     let view = farm.handle.get(job).await.unwrap();
     assert_eq!((view.summary.units.done, view.summary.units.total), (2 * 6 * 3, 2 * 6 * 3));

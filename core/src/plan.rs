@@ -2,6 +2,7 @@
 
 mod exposure;
 mod guide;
+mod moments;
 mod passes;
 mod resolve;
 mod stop;

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use gradfarm_core::plan::{Plan, TileGuide, WorkUnit};
 use gradfarm_core::render::{render_guided, render_unit};
-use gradfarm_core::scene::Scene;
+use gradfarm_core::scene::Exposure;
 use gradfarm_proto::block::{self, EncodedBlock};
 use gradfarm_proto::convert::LeaseName;
 use tokio::sync::mpsc::UnboundedSender;
@@ -24,7 +24,7 @@ pub(crate) struct Task {
     pub(crate) unit: WorkUnit,
     pub(crate) guide: Option<Arc<TileGuide>>,
     pub(crate) plan: Arc<Plan>,
-    pub(crate) scene: Arc<Scene>,
+    pub(crate) exposure: Arc<Exposure>,
 }
 
 /// What a rendering thread reports.
@@ -121,8 +121,8 @@ fn work(shared: &Shared, reports: &UnboundedSender<Report>) {
         let start = Instant::now();
         // `render_unit` keeps nothing between calls, so a panic leaves nothing half done behind.
         let rendered = catch_unwind(AssertUnwindSafe(|| match &task.guide {
-            Some(guide) => render_guided(&task.scene, &task.plan, &task.unit, guide),
-            None => render_unit(&task.scene, &task.plan, &task.unit),
+            Some(guide) => render_guided(&*task.exposure, &task.plan, &task.unit, guide),
+            None => render_unit(&*task.exposure, &task.plan, &task.unit),
         }));
         let render_seconds = start.elapsed().as_secs_f64();
         let outcome = match rendered {

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use gradfarm_core::plan::{Plan, TileGuide, WorkUnit};
-use gradfarm_core::scene::Scene;
+use gradfarm_core::scene::Exposure;
 use gradfarm_proto::convert::{ConvertError, LeaseName, lease_ref, tile_guide, uuid};
 use gradfarm_proto::v1::coordinator_message::Message as Told;
 use gradfarm_proto::v1::farm_client::FarmClient;
@@ -27,7 +27,7 @@ use crate::deliver::{Delivery, deliver};
 use crate::error::Error;
 use crate::execute::{Pool, Report, Task};
 use crate::link::{self, News};
-use crate::scene_cache::{Prepared, SceneCache, prepare};
+use crate::scene_cache::{Prepared, SceneCache, Sight, prepare};
 
 /// How long a worker that is told to stop may take to finish and deliver what it is at.
 const GRACE: Duration = Duration::from_secs(10);
@@ -54,9 +54,16 @@ struct Held {
     delivery: Option<tokio::task::AbortHandle>,
 }
 
-/// The end of a scene's preparation, or of a delivery.
+impl Held {
+    /// What it is rendered from.
+    fn sight(&self) -> Sight {
+        Sight::new(self.manifest, &self.plan, self.unit.moment)
+    }
+}
+
+/// The end of what a moment's preparation takes, or of a delivery.
 enum Done {
-    Scene(Digest, Result<Prepared, String>),
+    Scene(Sight, Result<Prepared, String>),
     Delivered(LeaseName),
 }
 
@@ -70,7 +77,7 @@ struct Loop {
     held: BTreeMap<LeaseName, Held>,
     /// Scenes in the making, results on their way.
     tasks: JoinSet<Done>,
-    preparing: Vec<Digest>,
+    preparing: Vec<Sight>,
     outbox: Option<mpsc::Sender<v1::WorkerMessage>>,
     /// Leases asked for on this stream and not granted yet.
     asked: u32,
@@ -248,21 +255,21 @@ impl Loop {
         if self.stopping {
             return self.say(Say::Returned(v1::Returned { leases: vec![lease.into()] })).await;
         }
-        let manifest = held.manifest;
+        let (sight, plan, moment) = (held.sight(), held.plan.clone(), held.unit.moment);
         self.held.insert(lease, held);
-        if let Some(scene) = self.scenes.get(manifest) {
-            self.queue(lease, scene);
-        } else if !self.preparing.contains(&manifest) {
-            self.preparing.push(manifest);
-            let assets = self.assets.clone();
-            self.tasks.spawn(async move { Done::Scene(manifest, prepare(manifest, &assets).await) });
+        if let Some(exposure) = self.scenes.get(&sight) {
+            self.queue(lease, exposure);
+        } else if !self.preparing.contains(&sight) {
+            self.preparing.push(sight);
+            let (assets, stage) = (self.assets.clone(), self.scenes.stage(sight.manifest));
+            self.tasks.spawn(async move { Done::Scene(sight, prepare(sight, plan, moment, &stage, &assets).await) });
         }
     }
 
-    fn queue(&mut self, lease: LeaseName, scene: Arc<Scene>) {
+    fn queue(&mut self, lease: LeaseName, exposure: Arc<Exposure>) {
         if let Some(held) = self.held.get_mut(&lease) {
             held.stage = Stage::Queued;
-            self.pool.push(Task { lease, unit: held.unit, guide: held.guide.clone(), plan: held.plan.clone(), scene });
+            self.pool.push(Task { lease, unit: held.unit, guide: held.guide.clone(), plan: held.plan.clone(), exposure });
         }
     }
 
@@ -271,20 +278,20 @@ impl Loop {
             Done::Delivered(lease) => {
                 self.held.remove(&lease);
             }
-            Done::Scene(manifest, outcome) => {
-                self.preparing.retain(|digest| *digest != manifest);
-                let waits =
-                    |(lease, held): (&LeaseName, &Held)| (held.stage == Stage::Waiting && held.manifest == manifest).then_some(*lease);
+            Done::Scene(sight, outcome) => {
+                self.preparing.retain(|other| *other != sight);
+                let manifest = sight.manifest;
+                let waits = |(lease, held): (&LeaseName, &Held)| (held.stage == Stage::Waiting && held.sight() == sight).then_some(*lease);
                 let waiting: Vec<LeaseName> = self.held.iter().filter_map(waits).collect();
                 match outcome {
                     Ok(prepared) => {
                         tracing::info!(scene = %manifest, load = prepared.load_seconds, compile = prepared.compile_seconds, "scene ready");
-                        self.scenes.insert(manifest, prepared.scene.clone());
+                        self.scenes.insert(sight, prepared.exposure.clone());
                         // The first unit that waited tells how long it took.
                         if let Some(held) = waiting.first().and_then(|lease| self.held.get_mut(lease)) {
                             (held.load_seconds, held.compile_seconds) = (prepared.load_seconds, prepared.compile_seconds);
                         }
-                        waiting.into_iter().for_each(|lease| self.queue(lease, prepared.scene.clone()));
+                        waiting.into_iter().for_each(|lease| self.queue(lease, prepared.exposure.clone()));
                     }
                     Err(reason) => {
                         tracing::error!(scene = %manifest, %reason, "scene could not be made ready");

@@ -43,6 +43,8 @@ impl From<&Plan> for json::PlanView {
             rounds: plan.rounds,
             stop_error: plan.stop.error,
             stop_seconds: plan.stop.seconds,
+            timeline: plan.timeline.map(|time| json::Timeline { fps: time.fps, shutter: time.shutter, instants: time.instants() }),
+            temporal: plan.temporal.map(|t| json::Temporal { window: t.window, stride: t.stride, motion: t.motion }),
             reasons: plan.reasons.clone(),
         }
     }
@@ -114,7 +116,7 @@ impl From<JobEvent> for json::Event {
             JobEvent::Accuracy { frame, point, target, seconds_left } => {
                 Self::Accuracy { frame, point: point.into(), target, seconds_left }
             }
-            JobEvent::Frame { frame, state } => Self::Frame { frame, state: state.name().to_owned() },
+            JobEvent::Frame { frame, end, state } => Self::Frame { frame, end, state: state.name().to_owned() },
         }
     }
 }
@@ -128,6 +130,7 @@ impl json::Frame {
         };
         Self {
             number: frame.number,
+            moment: Some(json::Moment { first: frame.moment.first, end: frame.moment.end }),
             state: frame.state.name().to_owned(),
             progress: json::Progress { units: frame.units.into(), samples: frame.samples.into() },
             seconds: frame.seconds.into(),

@@ -144,8 +144,45 @@ pub struct PlanView {
     /// Wall-clock time of a frame at which it stops [s].
     #[serde(default)]
     pub stop_seconds: Option<f64>,
+    /// When frames are, where the scene is animated.
+    #[serde(default)]
+    pub timeline: Option<Timeline>,
+    /// How frames are reconstructed together, if they are.
+    #[serde(default)]
+    pub temporal: Option<Temporal>,
     /// Why each choice was made.
     pub reasons: Vec<String>,
+}
+
+/// When frames are and how they are exposed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Timeline {
+    /// Frames per second.
+    pub fps: f64,
+    /// Share of a frame's time in which the shutter is open.
+    pub shutter: f64,
+    /// Instants at which the shutter sees the scene.
+    pub instants: u32,
+}
+
+/// How moments are reconstructed together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Temporal {
+    /// Moments of a window.
+    pub window: u32,
+    /// Moments from window to window.
+    pub stride: u32,
+    /// Whether differences in time follow what moves.
+    pub motion: bool,
+}
+
+/// The frames `first .. end`, which show the same image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Moment {
+    /// The first one.
+    pub first: u32,
+    /// The one after the last.
+    pub end: u32,
 }
 
 /// A frame of a job.
@@ -153,6 +190,9 @@ pub struct PlanView {
 pub struct Frame {
     /// Frame number.
     pub number: u32,
+    /// The frames that show the same image; what is told of one of them holds for all.
+    #[serde(default)]
+    pub moment: Option<Moment>,
     /// `waiting`, `rendering`, `assembling` or `done`.
     pub state: String,
     /// How far it has come.
@@ -306,6 +346,9 @@ pub enum Event {
     Frame {
         /// Frame number.
         frame: u32,
+        /// The frame after the last one that shows the same; 0 from a coordinator that does not tell.
+        #[serde(default)]
+        end: u32,
         /// As in [`Frame`].
         state: String,
     },

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use axum::body::Bytes;
 use axum::extract::multipart::{Field, Multipart};
-use gradfarm_core::plan::{Request, Stop};
+use gradfarm_core::plan::{Request, Stop, Timeline};
 use gradfarm_core::scene::SceneDescription;
 use gradfarm_proto::Digest;
 use serde::{Deserialize, Serialize};
@@ -85,6 +85,27 @@ pub struct JobOptions {
     /// `true` to measure the error on the way even if nothing depends on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<bool>,
+    /// Frames per second of an animated scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fps: Option<f64>,
+    /// Share of a frame's time in which the shutter is open, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shutter: Option<f64>,
+    /// Instants at which an open shutter sees the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instants: Option<u32>,
+    /// Whether frames are reconstructed together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temporal: Option<bool>,
+    /// Moments of a window that is reconstructed as a whole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window: Option<u32>,
+    /// Moments from window to window.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stride: Option<u32>,
+    /// Whether differences in time follow what moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<bool>,
     /// Edge of the tiles [pixels].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tile: Option<u32>,
@@ -186,7 +207,7 @@ fn complete(
         assets,
         request: options.request()?,
         tile: options.tile.unwrap_or(Submission::TILE),
-        frames: Frames { first: options.first_frame.unwrap_or(0), count: options.frame_count.unwrap_or(1) },
+        frames: options.frames(scene),
         priority: options.priority.unwrap_or(0),
         client_token: options.client_token.clone(),
     })
@@ -218,8 +239,27 @@ impl JobOptions {
                 seconds: read("seconds", self.seconds, request::check_seconds)?,
                 curve: self.curve.unwrap_or(false),
             },
-            ..Request::default()
+            frames: self.frame_count.unwrap_or(0),
+            timeline: self.timeline(),
+            temporal: self.temporal,
+            window: self.window,
+            stride: self.stride,
+            motion: self.motion,
         })
+    }
+
+    /// The frames that are asked for; without any, those of the whole animation from the first one on.
+    fn frames(&self, scene: &SceneDescription) -> Frames {
+        let whole = Frames::of(scene, self.timeline());
+        let first = self.first_frame.unwrap_or(if self.frame_count.is_some() { 0 } else { whole.first });
+        Frames { first, count: self.frame_count.unwrap_or_else(|| whole.range().end.saturating_sub(first).max(1)) }
+    }
+
+    fn timeline(&self) -> Option<Timeline> {
+        let default = Timeline::default();
+        let (fps, shutter) = (self.fps.unwrap_or(default.fps), self.shutter.unwrap_or(default.shutter));
+        let asked = self.fps.is_some() || self.shutter.is_some() || self.instants.is_some();
+        asked.then(|| Timeline { fps, shutter, instants: self.instants.unwrap_or(default.instants) })
     }
 
     /// The options that make this request.
@@ -241,6 +281,14 @@ impl JobOptions {
             error: asked.stop.error,
             seconds: asked.stop.seconds,
             curve: asked.stop.curve.then_some(true),
+            fps: asked.timeline.map(|time| time.fps),
+            shutter: asked.timeline.map(|time| time.shutter),
+            instants: asked.timeline.map(|time| time.instants),
+            temporal: asked.temporal,
+            window: asked.window,
+            stride: asked.stride,
+            motion: asked.motion,
+            frame_count: (asked.frames > 0).then_some(asked.frames),
             ..Self::default()
         }
     }
@@ -271,7 +319,12 @@ mod tests {
             links: Some(5),
             rounds: Some(2),
             stop: Stop { error: Some(0.01), seconds: Some(7.5), curve: true },
-            ..Request::default()
+            frames: 48,
+            timeline: Some(Timeline { fps: 25.0, shutter: 0.5, instants: 4 }),
+            temporal: Some(true),
+            window: Some(4),
+            stride: Some(2),
+            motion: Some(false),
         };
         assert_eq!(JobOptions::of(&asked).request().unwrap(), asked);
         assert_eq!(JobOptions::default().request().unwrap(), Request::default());

@@ -39,7 +39,7 @@ fn encode(
     reconstructed: &Reconstructed,
 ) -> Result<Vec<(FileKind, Bytes)>, AssembleError> {
     let (exr, png) = rayon::join(|| encode_exr(task, film, reconstructed), || png::encode(&reconstructed.image, 1.0));
-    let counted = FrameStatistics::of(task.record.first_frame + task.position, &film.statistics, tiles, reconstructed);
+    let counted = FrameStatistics::of(task.split.moments()[task.position as usize].first, &film.statistics, tiles, reconstructed);
     let counted = serde_json::to_vec(&counted).map_err(AssembleError::Statistics)?;
     Ok(vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into()), (FileKind::Statistics, counted.into())])
 }

@@ -113,7 +113,7 @@ impl Workshop {
         let passes = (round as usize).checked_sub(1).and_then(|at| task.split.steering().get(at)).copied().unwrap_or(0);
         let (frame, _) = stitch::fold(&task, passes, self.store.as_ref(), &self.blobs).await?;
         let make = move || {
-            let number = task.record.first_frame + task.position;
+            let number = task.split.moments()[task.position as usize].first;
             Ok(Guide::new(&task.record.plan, number, round, &frame.noise()?, &before))
         };
         tokio::task::spawn_blocking(make).await?

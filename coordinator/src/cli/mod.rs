@@ -27,6 +27,7 @@ mod status;
 mod study;
 mod submit;
 mod terminal;
+mod time;
 mod watch;
 
 use std::process::ExitCode;

@@ -3,10 +3,13 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradfarm_core::lattice::Extent;
 use gradfarm_core::plan::{ReconstructionKind, Request, ShiftKind, Stop, Technique};
+use gradfarm_core::scene::SceneDescription;
 use gradfarm_core::scene::limits::{LINKS, PATH_EDGES, REUSE_EDGE, ROUNDS};
 use gradfarm_proto::limits;
 
+use super::time::TimeOptions;
 use crate::request;
+use crate::service::Frames;
 
 /// What to ask of the renderer. Everything left out is chosen from the scene.
 #[derive(Clone, Debug, clap::Args)]
@@ -62,12 +65,14 @@ pub(super) struct RenderOptions {
     /// Measure the error on the way even if nothing depends on it
     #[arg(long)]
     curve: bool,
+    #[command(flatten)]
+    time: TimeOptions,
 }
 
 impl RenderOptions {
     /// The request that these options make.
     pub(super) fn request(&self) -> Request {
-        Request {
+        let request = Request {
             technique: self.technique.0,
             reconstruction: self.reconstruction.0,
             samples: self.samples,
@@ -83,7 +88,18 @@ impl RenderOptions {
             rounds: self.rounds,
             stop: Stop { error: self.error, seconds: self.seconds, curve: self.curve },
             ..Request::default()
-        }
+        };
+        self.time.ask(request)
+    }
+
+    /// The frames to render of a scene.
+    pub(super) fn frames(&self, scene: &SceneDescription) -> Frames {
+        self.time.frames(scene, &self.request())
+    }
+
+    /// The request with the number of frames that a scene is rendered in.
+    pub(super) fn request_for(&self, scene: &SceneDescription) -> Request {
+        Request { frames: self.frames(scene).count, ..self.request() }
     }
 }
 

@@ -33,7 +33,9 @@ impl Plan {
     /// Reads the scene, makes the plan and prints it.
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = super::scene::read(&self.scene)?;
-        let plan = plan::resolve(&scene.description, &self.options.request())?;
+        let mut plan = plan::resolve(&scene.description, &self.options.request_for(&scene.description))?;
+        let moments = plan.moments(&scene.description, self.options.frames(&scene.description).range())?;
+        plan.tell_moments(&moments);
         if self.json {
             terminal::json(&answer(&plan, &effects::analyse(&scene.description)))
         } else {

@@ -64,7 +64,8 @@ impl Submit {
         let client = self.server.client()?;
         let loaded = scene::read(&self.scene)?;
         // The coordinator plans again; this only tells what it would refuse before anything is uploaded.
-        plan::resolve(&loaded.description, &self.options.request())?;
+        let asked = self.options.request_for(&loaded.description);
+        plan::resolve(&loaded.description, &asked)?;
         let request = JobRequest {
             assets: upload(&client, &loaded).await?,
             scene: RawValue::from_string(loaded.description.to_json()).map_err(|fault| Error::Failed(fault.to_string()))?,
@@ -73,7 +74,8 @@ impl Submit {
                 tile: self.tile,
                 priority: Some(self.priority),
                 client_token: self.client_token.clone(),
-                ..JobOptions::of(&self.options.request())
+                first_frame: Some(self.options.frames(&loaded.description).first),
+                ..JobOptions::of(&asked)
             },
         };
         let response = client.send(client.request(Method::POST, "/jobs").json(&request)).await?;

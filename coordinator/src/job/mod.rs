@@ -21,6 +21,7 @@ pub(crate) mod tests;
 use std::sync::Arc;
 
 use gradfarm_core::film::Statistics;
+use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::{Guide, TileGuide};
 
 pub use action::{Action, Answer, Errand, News};
@@ -73,6 +74,11 @@ pub fn apply(job: &mut Job, event: Event, now: Timestamp) -> Vec<Action> {
 }
 
 impl Job {
+    /// The moment at a position.
+    pub fn moment(&self, position: u32) -> Moment {
+        self.split.moments()[position as usize]
+    }
+
     /// A unit, if the job has it in memory.
     pub fn unit(&self, unit: u32) -> Option<&Unit> {
         self.units.get(unit)

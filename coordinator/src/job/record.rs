@@ -1,5 +1,6 @@
 //! What is kept of a job, and the changes that the store is asked to make durable.
 
+use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::Plan;
 use gradfarm_proto::Digest;
 
@@ -31,6 +32,8 @@ pub struct JobRecord {
     pub first_frame: u32,
     /// How many frames.
     pub frame_count: u32,
+    /// The moments that the frames show, in order. Kept, so that no later version of this software splits them otherwise.
+    pub moments: Vec<Moment>,
 }
 
 /// A result that counts.

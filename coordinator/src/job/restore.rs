@@ -21,7 +21,7 @@ impl Job {
     /// If the record cannot be split, which no accepted job's can.
     pub fn restore(stored: StoredJob, now: Timestamp, ttl: Duration) -> Result<(Self, Vec<Action>), TooManyUnits> {
         let StoredJob { record, state, error, started, finished, frames: kept, units: stored_units } = stored;
-        let split = Split::new(&record.plan, record.first_frame, record.frame_count, record.tile)?;
+        let split = Split::new(&record.plan, &record.moments, record.tile)?;
         let mut frames = vec![Frame::waiting(checks::first_goal(&record.plan)); split.frames() as usize];
         for (position, frame) in kept {
             if let Some(place) = frames.get_mut(position as usize) {

@@ -15,7 +15,7 @@ use super::*;
 mod checks;
 
 use crate::schedule::Place;
-use crate::schedule::split::tests::plan;
+use crate::schedule::split::tests::{plan, single};
 use crate::store::{Memory, Store};
 
 const TTL: Duration = Duration::from_secs(15);
@@ -68,6 +68,7 @@ pub(crate) fn record(name: &str) -> JobRecord {
         tile: 4,
         first_frame: 3,
         frame_count: 2,
+        moments: single(3..5),
     }
 }
 

@@ -1,19 +1,23 @@
-//! Cuts a job into units of work: frames × passes × tiles, in one dense numbering that the plan and the tile edge fix.
+//! Cuts a job into units of work: moments × passes × tiles, in one dense numbering that the plan and the tile edge fix.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use gradfarm_core::lattice::{Moment, Tile};
 use gradfarm_core::plan::{Pass, Plan, WorkUnit};
 
 /// The units of a job.
 ///
-/// Unit `((f · passes) + p) · tiles + t` is pass `p` over tile `t` of the job's `f`-th frame: a frame's first pass covers the whole image
+/// Frames that show the same are one moment, and each moment is rendered once, as the first of its frames: what is called a frame in the
+/// farm's books is the one image that all frames of a moment show.
+///
+/// Unit `((f · passes) + p) · tiles + t` is pass `p` over tile `t` of the job's `f`-th moment: a frame's first pass covers the whole image
 /// before its second one starts, so that an early look shows every pixel. Guided passes come last, in the order of their rounds, so
-/// that the units of a frame that need no guide beyond a certain round are its first ones.
+/// that the units of a frame that need no guide beyond a certain round are its first ones. Moments come in the order of time, so the
+/// window that is complete next is always the first one that is not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Split {
-    first_frame: u32,
-    frames: u32,
+    moments: Arc<[Moment]>,
     tiles: Vec<Tile>,
     passes: Vec<Pass>,
     /// For each guide of a frame, how many of its first passes steer it.
@@ -23,7 +27,7 @@ pub struct Split {
 /// Where a unit lies: positions, not frame numbers or pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// Which of the job's frames.
+    /// Which of the job's moments.
     pub frame: u32,
     /// Which of the frame's passes.
     pub pass: u32,
@@ -45,15 +49,15 @@ impl Split {
     /// Most numbers for units of a job whose frames may stop early: few of them ever become units.
     pub const MOST_NUMBERS: u32 = 1 << 31;
 
-    /// The units of `frames` frames from `first_frame` on, with tiles of at most `edge × edge` pixels: rounded up to the plan's grain,
+    /// The units of these moments, with tiles of at most `edge × edge` pixels: rounded up to the plan's grain,
     /// so that no group of pixels is rendered for two tiles.
     ///
     /// # Errors
     /// If they are more than [`Split::MOST`], or [`Split::MOST_NUMBERS`] where frames may stop early.
-    pub fn new(plan: &Plan, first_frame: u32, frames: u32, edge: u32) -> Result<Self, TooManyUnits> {
+    pub fn new(plan: &Plan, moments: &[Moment], edge: u32) -> Result<Self, TooManyUnits> {
         let edge = edge.div_ceil(plan.grain()).max(1).saturating_mul(plan.grain());
         let columns = u128::from(plan.extent.width.div_ceil(edge)) * u128::from(plan.extent.height.div_ceil(edge));
-        let found = columns * u128::from(plan.pass_count()) * u128::from(frames);
+        let found = columns * u128::from(plan.pass_count()) * moments.len() as u128;
         let most = if plan.stop.ends_early() { Self::MOST_NUMBERS } else { Self::MOST };
         if found > u128::from(most) {
             return Err(TooManyUnits { found, most });
@@ -61,12 +65,23 @@ impl Split {
         let passes = plan.passes();
         let steers = |round| passes.partition_point(|pass| pass.slice.is_none() && pass.samples.end() <= plan.even_before(round)) as u32;
         let steering = (1..plan.rounds).map(steers).collect();
-        Ok(Self { first_frame, frames, tiles: plan.extent.tiles(edge), passes, steering })
+        Ok(Self { moments: moments.into(), tiles: plan.extent.tiles(edge), passes, steering })
     }
 
-    /// Number of frames.
+    /// Number of moments: frames that are rendered.
     pub fn frames(&self) -> u32 {
-        self.frames
+        self.moments.len() as u32
+    }
+
+    /// The moments, in order.
+    pub fn moments(&self) -> &[Moment] {
+        &self.moments
+    }
+
+    /// The position of the moment that a frame shows, by the frame's number.
+    pub fn moment_of(&self, frame: u32) -> Option<u32> {
+        let at = self.moments.partition_point(|moment| moment.first <= frame).checked_sub(1)?;
+        (frame < self.moments[at].end).then_some(at as u32)
     }
 
     /// Tiles of every frame, row by row.
@@ -108,7 +123,7 @@ impl Split {
 
     /// Units of the job.
     pub fn units(&self) -> u32 {
-        self.units_per_frame() * self.frames
+        self.units_per_frame() * self.frames()
     }
 
     /// Camera samples of one frame. Guided ones are placed exactly as many as planned, over the frame; each unit counts as the mean.
@@ -136,7 +151,7 @@ impl Split {
     pub fn work(&self, unit: u32) -> WorkUnit {
         let place = self.place(unit);
         WorkUnit {
-            moment: Moment::of(self.first_frame + place.frame),
+            moment: self.moments[place.frame as usize],
             tile: self.tiles[place.tile as usize],
             samples: self.passes[place.pass as usize].samples,
         }
@@ -182,12 +197,29 @@ pub(crate) mod tests {
         }
     }
 
+    /// Moments of one frame each.
+    pub(crate) fn single(frames: Range<u32>) -> Vec<Moment> {
+        frames.map(Moment::of).collect()
+    }
+
+    #[test]
+    fn frames_find_their_moment() {
+        let moments = [Moment { first: 4, end: 9 }, Moment::of(9), Moment { first: 10, end: 12 }];
+        let split = Split::new(&plan(8, 8, 4), &moments, 8).unwrap();
+        assert_eq!(
+            (3..13).map(|frame| split.moment_of(frame)).collect::<Vec<_>>(),
+            [None, Some(0), Some(0), Some(0), Some(0), Some(0), Some(1), Some(2), Some(2), None]
+        );
+        assert_eq!(split.work(0).moment, moments[0]);
+        assert_eq!(split.units(), 3, "a moment is rendered once");
+    }
+
     proptest! {
         #[test]
         fn units_cover_every_sample_of_every_pixel_once(
             width in 1u32..40, height in 1u32..40, samples in 1u32..70, frames in 1u32..4, edge in 1u32..50,
         ) {
-            let split = Split::new(&plan(width, height, samples), 5, frames, edge).unwrap();
+            let split = Split::new(&plan(width, height, samples), &single(5..5 + frames), edge).unwrap();
             let mut seen = vec![0u32; (width * height * frames) as usize];
             let mut total = 0;
             for unit in 0..split.units() {
@@ -210,7 +242,7 @@ pub(crate) mod tests {
     #[test]
     fn tiles_do_not_cut_groups() {
         let plan = Plan { technique: Technique::Reuse, reuse_edge: 6, ..plan(40, 30, 4) };
-        let split = Split::new(&plan, 0, 1, 16).unwrap();
+        let split = Split::new(&plan, &single(0..1), 16).unwrap();
         assert!(split.tiles().iter().all(|tile| tile.x.is_multiple_of(18) && tile.y.is_multiple_of(18)));
         assert_eq!(split.tiles().iter().map(|tile| tile.pixels()).sum::<usize>(), 40 * 30);
     }
@@ -218,7 +250,7 @@ pub(crate) mod tests {
     #[test]
     fn guided_units_open_round_by_round() {
         let plan = Plan { rounds: 3, ..plan(8, 8, 96) };
-        let split = Split::new(&plan, 0, 2, 4).unwrap();
+        let split = Split::new(&plan, &single(0..2), 4).unwrap();
         assert_eq!(split.steering().len(), 2);
         assert!(split.open(0, 0).len() < split.open(0, 1).len() && split.open(0, 1).len() < split.open(0, 2).len());
         for frame in 0..2 {
@@ -234,18 +266,18 @@ pub(crate) mod tests {
             let samples: u32 = split.passes()[..*steering as usize].iter().map(|pass| pass.samples.count).sum();
             assert_eq!(samples, plan.even_before(round));
         }
-        let even = Split::new(&Plan { rounds: 1, ..plan }, 0, 2, 4).unwrap();
+        let even = Split::new(&Plan { rounds: 1, ..plan }, &single(0..2), 4).unwrap();
         assert!(even.steering().is_empty() && even.open(1, 0).end == even.units());
     }
 
     #[test]
     fn a_job_of_too_many_units_is_refused() {
-        let error = Split::new(&plan(60_000, 4_000, 1 << 30), 0, u32::MAX, 1).unwrap_err();
+        let error = Split::new(&plan(60_000, 4_000, 1 << 30), &single(0..1000), 1).unwrap_err();
         assert!(error.to_string().contains("larger tiles"), "{error}");
         let stop = Stop { error: Some(0.01), ..Stop::default() };
         let open_ended = Plan { stop, ..plan(1920, 1080, 65_536) };
-        let split = Split::new(&open_ended, 0, 100, 32).unwrap();
+        let split = Split::new(&open_ended, &single(0..100), 32).unwrap();
         assert!(split.units() > Split::MOST && split.passes_within(32) == 2 && split.passes_within(33) == 2);
-        assert!(Split::new(&open_ended, 0, 10_000, 32).is_err());
+        assert!(Split::new(&open_ended, &single(0..10_000), 32).is_err());
     }
 }

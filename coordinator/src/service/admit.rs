@@ -1,11 +1,11 @@
 //! Checks a submission before it becomes a job: description, assets, plan, sizes.
 
 use bytes::Bytes;
-use gradfarm_core::plan::{self, Plan};
+use gradfarm_core::plan::{self, Plan, Request};
 use gradfarm_core::scene::SceneDescription;
 use gradfarm_proto::{Digest, Manifest, block, limits};
 
-use super::submission::Submission;
+use super::submission::{Frames, Submission};
 use crate::error::Error;
 use crate::job::{JobId, JobRecord, Timestamp};
 use crate::oidn;
@@ -31,16 +31,18 @@ pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp)
     // A long description takes a while to read and check: not on an async thread.
     let planned = tokio::task::spawn_blocking(move || {
         let scene = SceneDescription::from_json(&description, "scene")?;
-        let plan = plan::resolve(&scene, &request)?;
+        let mut plan = plan::resolve(&scene, &Request { frames: frames.count, ..request })?;
+        let moments = plan.moments(&scene, frames.range())?;
+        plan.tell_moments(&moments);
         oidn::check(plan.reconstruction).map_err(|expected| Error::Invalid { what: "reconstruction", found: "oidn".into(), expected })?;
-        Ok::<_, Error>((description, scene.assets(), plan))
+        Ok::<_, Error>((description, scene.assets(), plan, moments))
     });
-    let (description, names, plan) = planned.await.map_err(|_| Error::Stopped)??;
+    let (description, names, plan, moments) = planned.await.map_err(|_| Error::Stopped)??;
     if plan.rounds > 1 && tile > GUIDED_TILE {
         let expected = format!("1 to {GUIDED_TILE} pixels with several rounds, for a lease carries the counts of its pixels");
         return Err(Error::Invalid { what: "tile", found: tile.to_string(), expected });
     }
-    let split = Split::new(&plan, frames.first, frames.count, tile)?;
+    let split = Split::new(&plan, &moments, tile)?;
     check_blocks(&plan, &split)?;
     let unlisted: Vec<String> = names.iter().filter(|name| !assets.contains_key(*name)).cloned().collect();
     if !unlisted.is_empty() {
@@ -71,6 +73,7 @@ pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp)
         tile,
         first_frame: frames.first,
         frame_count: frames.count,
+        moments,
     })
 }
 
@@ -88,8 +91,9 @@ fn check_fields(submission: &Submission) -> Result<(), Error> {
         return invalid("tile", submission.tile.to_string(), format!("1 to {TILE} pixels"));
     }
     let frames = submission.frames;
-    if frames.count == 0 || frames.first.checked_add(frames.count).is_none() {
-        return invalid("frames", format!("{} from {}", frames.count, frames.first), "at least one frame, numbered below 2³²".into());
+    if frames.count == 0 || frames.count > Frames::MOST || frames.first.checked_add(frames.count).is_none() {
+        let expected = format!("1 to {} frames, numbered below 2³²", Frames::MOST);
+        return invalid("frames", format!("{} from {}", frames.count, frames.first), expected);
     }
     if submission.description.len() as u64 > limits::ASSET {
         return invalid("description", format!("{} bytes long", submission.description.len()), format!("at most {} bytes", limits::ASSET));

@@ -1,6 +1,7 @@
 //! Views of jobs for people.
 
 use gradfarm_core::accuracy::Curve;
+use gradfarm_core::lattice::Moment;
 
 use super::view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView};
 use crate::clock::Timestamp;
@@ -10,7 +11,8 @@ use crate::schedule::Place;
 
 /// The line of a list.
 pub(super) fn summary(job: &Job) -> JobSummary {
-    let frames_done = job.frames.iter().filter(|frame| frame.state == FrameState::Done).count() as u64;
+    let frames_of = |(frame, moment): (&crate::job::Frame, &Moment)| if frame.state == FrameState::Done { length(*moment) } else { 0 };
+    let frames_done = job.frames.iter().zip(job.split.moments()).map(frames_of).sum();
     JobSummary {
         id: job.record.id,
         name: job.record.name.clone(),
@@ -20,7 +22,7 @@ pub(super) fn summary(job: &Job) -> JobSummary {
         created: job.record.created,
         started: job.started,
         finished: job.finished,
-        frames: Count { done: frames_done, total: u64::from(job.split.frames()) },
+        frames: Count { done: frames_done, total: u64::from(job.record.frame_count) },
         units: units(job),
         samples: samples(job),
     }
@@ -28,8 +30,9 @@ pub(super) fn summary(job: &Job) -> JobSummary {
 
 /// A job in full.
 pub(super) fn view(job: &Job) -> JobView {
-    let frame = |(position, frame): (u32, &crate::job::Frame)| FrameView {
-        number: job.record.first_frame + position,
+    let frame = |(number, position): (u32, u32), frame: &crate::job::Frame| FrameView {
+        number,
+        moment: job.moment(position),
         state: frame.state,
         units: Count { done: u64::from(frame.units), total: expected(job, position).0 },
         samples: Count { done: frame.samples, total: expected(job, position).1 },
@@ -41,6 +44,8 @@ pub(super) fn view(job: &Job) -> JobView {
         stopped: frame.stopped,
         error: frame.points.last().map(|point| point.error),
     };
+    let shown =
+        (0u32..).zip(job.split.moments()).flat_map(|(position, moment)| (moment.first..moment.end).map(move |number| (number, position)));
     let mut seconds = Seconds::default();
     job.frames.iter().for_each(|frame| seconds += frame.seconds);
     seconds.render_span = span(job);
@@ -49,7 +54,7 @@ pub(super) fn view(job: &Job) -> JobView {
         plan: job.record.plan.clone(),
         scene: job.record.scene,
         tile: job.record.tile,
-        frames: (0..).zip(&job.frames).map(frame).collect(),
+        frames: shown.map(|at| frame(at, &job.frames[at.1 as usize])).collect(),
         seconds,
         statistics: job.statistics(),
     }
@@ -109,11 +114,16 @@ pub(super) fn tiles(job: &Job, number: u32) -> Result<Vec<TileView>, Error> {
     Ok(job.split.tiles().iter().enumerate().map(view).collect())
 }
 
-/// The position of a frame by its number.
+/// The position of the moment that a frame shows, by the frame's number.
 pub(super) fn position(job: &Job, number: u32) -> Result<u32, Error> {
     let first = job.record.first_frame;
-    let position = number.checked_sub(first).filter(|position| *position < job.split.frames());
-    position.ok_or(Error::NoFrame { job: job.record.id, frame: number, first, last: first + job.split.frames() - 1 })
+    let last = first + job.record.frame_count - 1;
+    job.split.moment_of(number).ok_or(Error::NoFrame { job: job.record.id, frame: number, first, last })
+}
+
+/// How many frames show a moment.
+fn length(moment: Moment) -> u64 {
+    u64::from(moment.end - moment.first)
 }
 
 /// The event of a job's state.
@@ -136,11 +146,12 @@ pub(super) fn events(job: &Job, news: News, now: Timestamp) -> Vec<JobEvent> {
     match news {
         News::Job => vec![progress_event(job, now), state_event(job)],
         News::Frame(position) => {
-            vec![JobEvent::Frame { frame: job.record.first_frame + position, state: job.frames[position as usize].state }]
+            let Moment { first, end } = job.moment(position);
+            vec![JobEvent::Frame { frame: first, end, state: job.frames[position as usize].state }]
         }
         News::Accuracy(position) => accuracy_event(job, position).into_iter().chain([progress_event(job, now)]).collect(),
         News::Tile { frame, tile } => {
-            let number = job.record.first_frame + frame;
+            let number = job.moment(frame).first;
             let passes = job.split.passes_within(job.frames[frame as usize].goal);
             let done = |pass: &u32| {
                 let unit = job.unit(job.split.unit(Place { frame, pass: *pass, tile }));
@@ -178,7 +189,7 @@ fn accuracy_event(job: &Job, position: u32) -> Option<JobEvent> {
     let curve = Curve::of(frame.points.clone());
     let more = f64::from(job.expected_samples(position).saturating_sub(point.samples));
     let seconds_left = curve.cost.filter(|_| frame.stopped.is_none()).map(|cost| cost.each * more);
-    Some(JobEvent::Accuracy { frame: job.record.first_frame + position, point, target: job.record.plan.stop.error, seconds_left })
+    Some(JobEvent::Accuracy { frame: job.moment(position).first, point, target: job.record.plan.stop.error, seconds_left })
 }
 
 /// Whether an event ends a watcher's stream.

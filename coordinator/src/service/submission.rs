@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use gradfarm_core::plan::Request;
+use gradfarm_core::plan::{Request, Timeline};
+use gradfarm_core::scene::SceneDescription;
 use gradfarm_proto::Digest;
 
 /// A job to be done.
@@ -31,13 +32,30 @@ impl Submission {
     pub const TILE: u32 = 64;
 }
 
-/// A run of frames.
+/// A run of frames. The default is the single frame 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frames {
     /// First frame number; part of every random number's key.
     pub first: u32,
     /// How many, ≥ 1.
     pub count: u32,
+}
+
+impl Frames {
+    /// Most frames of a job.
+    pub const MOST: u32 = 100_000;
+
+    /// The numbers of the frames.
+    pub fn range(self) -> std::ops::Range<u32> {
+        self.first..self.first.saturating_add(self.count)
+    }
+
+    /// What a scene shows where nobody says which frames: its animation from the first key to the last one, or the single frame of a scene
+    /// that rests.
+    pub fn of(scene: &SceneDescription, timeline: Option<Timeline>) -> Self {
+        let range = timeline.unwrap_or_default().frames_of(scene);
+        Self { first: range.start, count: range.end - range.start }
+    }
 }
 
 impl Default for Frames {

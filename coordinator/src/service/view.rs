@@ -2,7 +2,7 @@
 
 use gradfarm_core::accuracy::{Curve, Estimate, Point, Reason, Stop};
 use gradfarm_core::film::Statistics;
-use gradfarm_core::lattice::Tile;
+use gradfarm_core::lattice::{Moment, Tile};
 use gradfarm_core::plan::Plan;
 use gradfarm_proto::Digest;
 
@@ -68,6 +68,8 @@ pub struct JobView {
 pub struct FrameView {
     /// Frame number.
     pub number: u32,
+    /// The frames that show the same image. What is said below is that of the image.
+    pub moment: Moment,
     /// Where it stands.
     pub state: FrameState,
     /// Units of work.
@@ -186,10 +188,12 @@ pub enum JobEvent {
         /// Wall-clock time until the frame stops, as far as one can tell [s].
         seconds_left: Option<f64>,
     },
-    /// A frame changed its state.
+    /// Frames that show one moment changed their state.
     Frame {
-        /// Frame number.
+        /// Number of the first one.
         frame: u32,
+        /// The one after the last.
+        end: u32,
         /// The state.
         state: FrameState,
     },

@@ -26,6 +26,12 @@ pub const SCENE: &str = r#"{
   "environment": { "radiance": 0.05 }
 }"#;
 
+/// The same, and the ball rolls to the right in half a second.
+pub fn moving_scene() -> String {
+    let track = r#"{ "target": "shapes[2].to_world[0].translate", "times": [0, 0.5], "values": [[0, 0.6, 0], [1, 0.6, 0]] }"#;
+    SCENE.replacen('{', &format!(r#"{{ "animation": {{ "tracks": [{track}] }},"#), 1)
+}
+
 /// The same with a mesh from a file beside it.
 pub fn scene_with_mesh() -> (String, &'static str) {
     let ball = r#"{ "sphere": { "radius": 0.6 } }"#;

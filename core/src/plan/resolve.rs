@@ -57,7 +57,7 @@ pub fn resolve(scene: &SceneDescription, request: &Request) -> Result<Plan, Plan
     carried(technique, &effects, Technique::carries, &mut reasons)?;
     let (samples, told) = stop::samples(request.samples, &request.stop);
     in_range("samples per pixel", samples, MOST_SAMPLES, "samples")?;
-    let timeline = temporal::timeline(request.timeline, &mut reasons)?;
+    let timeline = temporal::timeline(request.timeline, scene.is_animated(), &mut reasons)?;
     let temporal = temporal::temporal(request, technique, samples, timeline.is_some(), &mut reasons)?;
     let reconstruction = reconstruction(request, technique, temporal.is_some(), &mut reasons)?;
     reasons.extend(switched::off(&effects));

@@ -5,9 +5,9 @@ use super::{Plan, PlanError, ReconstructionKind, Request, Technique, Temporal, T
 /// Samples per pixel must be a multiple of this: two copies of two halves each.
 const GRAIN: u32 = 4;
 
-/// Checks when frames are.
-pub(super) fn timeline(asked: Option<Timeline>, reasons: &mut Vec<String>) -> Result<Option<Timeline>, PlanError> {
-    let Some(timeline) = asked else { return Ok(None) };
+/// Checks when frames are; `None` where nothing moves, for then all frames are the same.
+pub(super) fn timeline(asked: Option<Timeline>, moving: bool, reasons: &mut Vec<String>) -> Result<Option<Timeline>, PlanError> {
+    let timeline = asked.unwrap_or_default();
     let out_of_range = |what, found: String, expected: &str| Err(PlanError::OutOfRange { what, found, expected: expected.to_string() });
     if !(timeline.fps.is_finite() && timeline.fps > 0.0) {
         return out_of_range("frames per second", timeline.fps.to_string(), "a finite number above 0, such as 24");
@@ -17,6 +17,9 @@ pub(super) fn timeline(asked: Option<Timeline>, reasons: &mut Vec<String>) -> Re
     }
     if !(1..=Timeline::MOST_INSTANTS).contains(&timeline.instants) {
         return out_of_range("instants", timeline.instants.to_string(), &format!("1 to {}", Timeline::MOST_INSTANTS));
+    }
+    if !moving {
+        return Ok(None);
     }
     reasons.push(match timeline.instants() {
         1 => format!("{} frames per second, each a single instant: no motion blur", timeline.fps),
@@ -166,6 +169,6 @@ mod tests {
 
     fn timeline_told(asked: Timeline) -> Result<(Option<Timeline>, String), PlanError> {
         let mut reasons = Vec::new();
-        timeline(Some(asked), &mut reasons).map(|timeline| (timeline, reasons.join("; ")))
+        timeline(Some(asked), true, &mut reasons).map(|timeline| (timeline, reasons.join("; ")))
     }
 }

@@ -11,7 +11,7 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, Str
     if job.state.is_final() || !assembling {
         return Vec::new();
     }
-    let number = job.record.first_frame + position;
+    let number = job.moment(position).first;
     let assembled = match outcome {
         Ok(assembled) => assembled,
         Err(reason) => return job.end(JobState::Failed, Some(format!("frame {number} could not be assembled: {reason}")), now),

@@ -15,7 +15,7 @@ pub(super) fn apply(job: &mut Job, position: u32, round: u32, outcome: Result<Ar
     let guide = match outcome {
         Ok(guide) => guide,
         Err(reason) => {
-            let number = job.record.first_frame + position;
+            let number = job.moment(position).first;
             let error = format!("round {round} of frame {number} could not be guided: {reason}");
             return job.end(JobState::Failed, Some(error), now);
         }

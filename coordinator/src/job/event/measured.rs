@@ -13,7 +13,7 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Measured, Stri
     let measured = match outcome {
         Ok(measured) => measured,
         Err(reason) => {
-            let number = job.record.first_frame + position;
+            let number = job.moment(position).first;
             return job.end(JobState::Failed, Some(format!("the error of frame {number} could not be measured: {reason}")), now);
         }
     };

@@ -11,7 +11,7 @@ use crate::schedule::{Split, TooManyUnits};
 /// # Errors
 /// If it falls into too many units.
 pub fn submit(record: JobRecord) -> Result<(Job, Vec<Action>), TooManyUnits> {
-    let split = Split::new(&record.plan, record.first_frame, record.frame_count, record.tile)?;
+    let split = Split::new(&record.plan, &record.moments, record.tile)?;
     let mut job = Job {
         state: JobState::Queued,
         error: None,

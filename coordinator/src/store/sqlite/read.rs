@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use gradfarm_core::accuracy::{Estimate, Point, Reason};
 use gradfarm_core::film::Statistics;
+use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::{Plan, by_name};
 use gradfarm_proto::{Digest, v1};
 use prost::Message;
@@ -81,6 +82,7 @@ fn job(row: &SqliteRow) -> Result<StoredJob, StoreError> {
     let plan: Vec<u8> = row.try_get("plan")?;
     let message = v1::Plan::decode(plan.as_slice()).map_err(|error| corrupt(format!("a plan that is none: {error}")))?;
     let state: String = row.try_get("state")?;
+    let (first_frame, frame_count) = (row.try_get("first_frame")?, row.try_get("frame_count")?);
     let record = JobRecord {
         id,
         name: row.try_get("name")?,
@@ -90,8 +92,9 @@ fn job(row: &SqliteRow) -> Result<StoredJob, StoreError> {
         scene: digest(row, "scene")?,
         plan: Plan::try_from(message).map_err(|error| corrupt(error.to_string()))?,
         tile: row.try_get("tile")?,
-        first_frame: row.try_get("first_frame")?,
-        frame_count: row.try_get("frame_count")?,
+        first_frame,
+        frame_count,
+        moments: moments(row.try_get("moments")?, first_frame, frame_count).ok_or_else(|| corrupt("moments that are none".into()))?,
     };
     Ok(StoredJob {
         record,
@@ -102,6 +105,23 @@ fn job(row: &SqliteRow) -> Result<StoredJob, StoreError> {
         frames: Vec::new(),
         units: Vec::new(),
     })
+}
+
+/// From the frames after the last ones. Before there were moments each frame was rendered.
+fn moments(ends: Option<Vec<u8>>, first: u32, count: u32) -> Option<Vec<Moment>> {
+    let range = first..first.checked_add(count)?;
+    let Some(ends) = ends else { return Some(range.map(Moment::of).collect()) };
+    let mut next = first;
+    let mut moments = Vec::with_capacity(ends.len() / 4);
+    for end in ends.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])) {
+        let moment = Moment { first: next, end };
+        if end <= next {
+            return None;
+        }
+        next = end;
+        moments.push(moment);
+    }
+    (next == range.end).then_some(moments)
 }
 
 /// `samples` is the plan's number, to which frames went before they could stop early.

@@ -13,8 +13,10 @@ pub(super) async fn make(transaction: &mut Transaction<'static, Sqlite>, change:
     let rows = match change {
         Change::Submitted(record) => {
             let plan = v1::Plan::from(&record.plan).encode_to_vec();
-            let insert = "INSERT INTO jobs (id, name, priority, created, client_token, scene, plan, tile, first_frame, frame_count, state)
-                          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, 'queued') ON CONFLICT DO NOTHING";
+            let moments: Vec<u8> = record.moments.iter().flat_map(|moment| moment.end.to_le_bytes()).collect();
+            let insert =
+                "INSERT INTO jobs (id, name, priority, created, client_token, scene, plan, tile, first_frame, frame_count, moments, state)
+                          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, 'queued') ON CONFLICT DO NOTHING";
             let query = sqlx::query(insert)
                 .bind(id(record.id))
                 .bind(&record.name)
@@ -25,7 +27,8 @@ pub(super) async fn make(transaction: &mut Transaction<'static, Sqlite>, change:
                 .bind(plan)
                 .bind(record.tile)
                 .bind(record.first_frame)
-                .bind(record.frame_count);
+                .bind(record.frame_count)
+                .bind(moments);
             query.execute(&mut **transaction).await?.rows_affected()
         }
         Change::Job { job, state, error, started, finished } => {

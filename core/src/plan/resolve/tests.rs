@@ -18,6 +18,13 @@ fn lit() -> SceneDescription {
     scene(r#"{ "geometry": "cube", "material": "white", "emission": { "radiance": 1 } }"#, "")
 }
 
+/// The same, and it turns darker.
+fn moving() -> SceneDescription {
+    let track = r#"{ "target": "shapes[0].emission.radiance", "times": [0, 1], "values": [1, 0.5] }"#;
+    let emission = r#"{ "geometry": "cube", "material": "white", "emission": { "radiance": 1 } }"#;
+    scene(emission, &format!(r#", "animation": {{ "tracks": [{track}] }}"#))
+}
+
 fn says(plan: &Plan, part: &str) -> bool {
     plan.reasons.iter().any(|reason| reason.contains(part))
 }
@@ -66,7 +73,7 @@ fn what_was_asked_is_done() {
         stride: Some(1),
         motion: Some(false),
     };
-    let plan = resolve(&lit(), &request).unwrap();
+    let plan = resolve(&moving(), &request).unwrap();
     assert_eq!((plan.technique, plan.reconstruction), (Technique::Gpt, ReconstructionKind::L1));
     assert_eq!((plan.samples, plan.alpha, plan.seed, plan.max_depth), (1_000_000, Some(1.5), 9, 2));
     assert_eq!((plan.shift_survival, plan.reuse_edge, plan.links), (0.5, 3, 4));
@@ -74,6 +81,9 @@ fn what_was_asked_is_done() {
     assert!(plan.timeline.is_some_and(|timeline| timeline.fps == 25.0));
     assert_eq!(plan.extent, Extent { width: 7, height: 5 });
     assert!(says(&plan, "technique gpt: asked for"));
+    // A scene that rests has no time, whatever is asked.
+    let still = resolve(&lit(), &Request { temporal: None, ..request }).unwrap();
+    assert_eq!((still.timeline, still.temporal), (None, None));
 }
 
 #[test]
