@@ -18,7 +18,7 @@ const MAGIC: &[u8; 4] = b"GFB1";
 /// Magic, six numbers, the two counts.
 const FIXED: usize = 4 + 6 * 4 + 4 + 4;
 /// Fast: the data is mostly noise.
-const LEVEL: i32 = 1;
+pub(crate) const LEVEL: i32 = 1;
 
 /// A block ready to be sent or stored.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -199,7 +199,7 @@ impl Reader<'_> {
 }
 
 /// All first bytes of the f32 values, then all second bytes, and so on.
-fn regroup(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn regroup(bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(bytes.len());
     for k in 0..4 {
         out.extend(bytes.iter().skip(k).step_by(4));
@@ -208,7 +208,7 @@ fn regroup(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// The inverse of [`regroup`].
-fn restore(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn restore(bytes: &[u8]) -> Vec<u8> {
     let n = bytes.len() / 4;
     let (a, rest) = bytes.split_at(n);
     let (b, rest) = rest.split_at(n);

@@ -6,6 +6,7 @@
 pub mod block;
 pub mod convert;
 mod digest;
+pub mod image;
 pub mod limits;
 mod manifest;
 pub mod version;

@@ -6,6 +6,8 @@ pub const MESSAGE: usize = 4 << 20;
 pub const CHUNK: usize = 1 << 20;
 /// Largest encoding of a block before compression [bytes].
 pub const BLOCK: u64 = 512 << 20;
+/// Largest encoding of an image between two stages of a job [bytes]: 15 channels of the largest film.
+pub const IMAGE: u64 = 4 * 15 * PIXELS + 16;
 /// Largest asset [bytes].
 pub const ASSET: u64 = 4 << 30;
 /// Most assets of one scene.

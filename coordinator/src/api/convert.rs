@@ -6,7 +6,7 @@ use gradfarm_core::plan::Plan;
 
 use super::json;
 use crate::job::{FileKind, FrameState, JobId};
-use crate::service::{Count, FrameView, JobEvent, JobSummary, JobView, Seconds, TileView, WorkerView};
+use crate::service::{Count, FrameView, JobEvent, JobSummary, JobView, Seconds, TileView, WindowView, WorkerView};
 
 impl From<Count> for json::Count {
     fn from(count: Count) -> Self {
@@ -56,6 +56,7 @@ impl From<JobSummary> for json::JobSummary {
             id: job.id.to_string(),
             name: job.name,
             state: job.state.name().to_owned(),
+            paused: job.paused,
             error: job.error,
             priority: job.priority,
             created_ms: job.created.millis(),
@@ -77,9 +78,16 @@ impl From<JobView> for json::Job {
             scene: job.scene.to_string(),
             tile: job.tile,
             frames: job.frames.iter().map(|frame| json::Frame::of(id, frame)).collect(),
+            windows: job.windows.into_iter().map(Into::into).collect(),
             seconds: job.seconds.into(),
             statistics: job.statistics.by_name(),
         }
+    }
+}
+
+impl From<WindowView> for json::Window {
+    fn from(view: WindowView) -> Self {
+        Self { number: view.number, first: view.first, end: view.end, state: view.state.to_owned(), seconds: view.seconds }
     }
 }
 
@@ -116,6 +124,7 @@ impl From<JobEvent> for json::Event {
             JobEvent::Accuracy { frame, point, target, seconds_left } => {
                 Self::Accuracy { frame, point: point.into(), target, seconds_left }
             }
+            JobEvent::Window { window } => Self::Window(window.into()),
             JobEvent::Frame { frame, end, state } => Self::Frame { frame, end, state: state.name().to_owned() },
         }
     }
@@ -126,7 +135,7 @@ impl json::Frame {
     pub(super) fn of(job: JobId, frame: &FrameView) -> Self {
         let files: BTreeMap<String, String> = match frame.state {
             FrameState::Done => FileKind::ALL.iter().map(|kind| (kind.name().to_owned(), file_address(job, frame.number, *kind))).collect(),
-            FrameState::Waiting | FrameState::Rendering | FrameState::Assembling => BTreeMap::new(),
+            FrameState::Waiting | FrameState::Rendering | FrameState::Rendered | FrameState::Assembling => BTreeMap::new(),
         };
         Self {
             number: frame.number,

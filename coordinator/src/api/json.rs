@@ -40,6 +40,9 @@ pub struct JobSummary {
     pub name: String,
     /// `queued`, `running`, `done`, `failed` or `cancelled`.
     pub state: String,
+    /// Whether it gets no leases for the time being.
+    #[serde(default)]
+    pub paused: bool,
     /// Why it failed.
     pub error: Option<String>,
     /// Higher goes first.
@@ -94,6 +97,9 @@ pub struct Job {
     pub tile: u32,
     /// Its frames, in order.
     pub frames: Vec<Frame>,
+    /// Its windows, in order, where frames are reconstructed together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub windows: Vec<Window>,
     /// Where the time went.
     pub seconds: Seconds,
     /// Counters summed over the finished frames.
@@ -185,6 +191,21 @@ pub struct Moment {
     pub end: u32,
 }
 
+/// A window of moments that is reconstructed as a whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// Counts from 0.
+    pub number: u32,
+    /// Its first frame.
+    pub first: u32,
+    /// The frame after its last.
+    pub end: u32,
+    /// `waiting`, `solving` or `solved`.
+    pub state: String,
+    /// Adding up and solving, once it is solved [s].
+    pub seconds: Option<f64>,
+}
+
 /// A frame of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
@@ -193,7 +214,7 @@ pub struct Frame {
     /// The frames that show the same image; what is told of one of them holds for all.
     #[serde(default)]
     pub moment: Option<Moment>,
-    /// `waiting`, `rendering`, `assembling` or `done`.
+    /// `waiting`, `rendering`, `rendered` (it waits for windows), `assembling` or `done`.
     pub state: String,
     /// How far it has come.
     pub progress: Progress,
@@ -302,7 +323,7 @@ pub struct Worker {
 }
 
 /// Something that happened to a job. The name of the server-sent event is the key: `state`, `progress`, `tile`,
-/// `accuracy` or `frame`.
+/// `accuracy`, `window` or `frame`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Event {
@@ -342,6 +363,8 @@ pub enum Event {
         /// Wall-clock time until the frame stops, as far as one can tell [s].
         seconds_left: Option<f64>,
     },
+    /// A window's state.
+    Window(Window),
     /// A frame's state.
     Frame {
         /// Frame number.

@@ -1,5 +1,6 @@
 //! Makes frames of results: adds the blocks up in their fixed order, reconstructs, writes the files. On the way it makes the guides of
-//! frames in rounds, from what is there of them, and says how good frames are that may stop early.
+//! frames in rounds, from what is there of them, and says how good frames are that may stop early; and it solves windows of moments that are
+//! reconstructed together.
 //!
 //! The order is that of the unit numbers, whenever the blocks arrived: so a frame has the same bits whoever rendered what.
 
@@ -7,6 +8,7 @@ mod counted;
 mod finish;
 mod measure;
 mod stitch;
+mod window;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,7 +16,7 @@ use gradfarm_core::plan::Guide;
 use tokio::sync::{Semaphore, mpsc};
 
 use crate::clock::Clock;
-use crate::job::{Assembled, Errand, Frame, Job, JobRecord, Measured};
+use crate::job::{Assembled, Errand, Frame, Job, JobRecord, Measured, ShareRecord, SolvedWindow};
 use crate::schedule::Split;
 use crate::service::command::Command;
 use crate::store::{BlobError, Blobs, Store, StoreError};
@@ -30,6 +32,8 @@ pub(crate) struct Workshop {
     clock: Clock,
     /// The last measured frame, if it seems to be good enough: its files are then all that is left to do.
     measured: Arc<Mutex<Option<measure::Ready>>>,
+    /// Moments of the window that was solved last which the next one has, too.
+    films: Arc<Mutex<window::Films>>,
 }
 
 /// What is assembled.
@@ -43,6 +47,18 @@ struct Task {
     frame: Frame,
     /// How many of its first passes make it.
     passes: u32,
+    /// What windows say of it, from the first window to the last; empty where it is reconstructed by itself.
+    shares: Vec<window::Part>,
+}
+
+impl Task {
+    fn new(job: &Job, position: u32) -> Self {
+        let frame = job.frames[position as usize].clone();
+        let passes = job.split.passes_within(frame.goal);
+        let part = |(share, solved): (ShareRecord, &SolvedWindow)| window::Part { share, report: solved.report };
+        let shares = job.shares(position).into_iter().map(part).collect();
+        Self { record: job.record.clone(), split: job.split.clone(), position, frame, passes, shares }
+    }
 }
 
 /// Why a frame could not be assembled.
@@ -52,6 +68,16 @@ enum AssembleError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Blob(#[from] BlobError),
+    #[error("nothing was added up")]
+    Nothing,
+    #[error("what window {place} over it says: {source}")]
+    Share { place: usize, source: gradfarm_proto::block::DecodeBlockError },
+    #[error("what window {place} over it says is no image of a moment")]
+    NoShare { place: usize },
+    #[error("compressing: {0}")]
+    Compress(std::io::Error),
+    #[error("the solve gave no finite residual")]
+    Diverged,
     #[error("unit {unit} has no result")]
     Absent { unit: u32 },
     #[error("result of unit {unit}: {source}")]
@@ -73,21 +99,29 @@ enum AssembleError {
 impl Workshop {
     /// A workshop that reports to the loop behind `commands`.
     pub(crate) fn new(commands: mpsc::WeakSender<Command>, store: Arc<dyn Store>, blobs: Blobs) -> Self {
-        Self { commands, store, blobs, bench: Arc::new(Semaphore::new(1)), clock: Clock::new(), measured: Arc::default() }
+        Self { commands, store, blobs, bench: Arc::new(Semaphore::new(1)), clock: Clock::new(), measured: Arc::default(), films: Arc::default() }
     }
 
     /// Takes a frame in, whose results are all there, or enough of them for a guide.
     pub(crate) fn take(&self, job: &Job, errand: Errand) {
-        let (Errand::Assemble { frame } | Errand::Measure { frame } | Errand::Guide { frame, .. }) = errand;
-        let state = job.frames[frame as usize].clone();
-        let passes = job.split.passes_within(state.goal);
-        let task = Task { record: job.record.clone(), split: job.split.clone(), position: frame, frame: state, passes };
-        let before = job.guides(frame).to_vec();
+        let moments = match errand {
+            Errand::Assemble { frame } | Errand::Measure { frame } | Errand::Guide { frame, .. } => frame..frame + 1,
+            Errand::Window { window } => job.windows().map(|windows| windows.layout.moments(window)).unwrap_or_default(),
+        };
+        let before = job.guides(moments.start).to_vec();
+        let layout = job.windows().map(|windows| windows.layout);
+        let mut tasks: Vec<Task> = moments.map(|position| Task::new(job, position)).collect();
+        let job = job.record.id;
         let shop = self.clone();
         tokio::spawn(async move {
             let Ok(_bench) = shop.bench.acquire().await else { return };
-            let job = task.record.id;
+            if let (Errand::Window { window }, Some(layout)) = (errand, layout) {
+                let outcome = window::solve(&tasks, layout, window, &shop).await.map_err(|error| error.to_string());
+                return shop.report(Command::Solved { job, window, outcome }).await;
+            }
+            let Some(task) = tasks.pop() else { return };
             let done = match errand {
+                Errand::Window { .. } => return,
                 Errand::Assemble { frame } => {
                     let outcome = shop.assemble(task).await.map_err(|error| error.to_string());
                     Command::Assembled { job, frame, outcome }
@@ -101,17 +135,22 @@ impl Workshop {
                     Command::Guided { job, frame, round, outcome }
                 }
             };
-            if let Some(commands) = shop.commands.upgrade() {
-                // If the loop is gone, the next one finds the frame waiting.
-                let _stopped = commands.send(done).await;
-            }
+            shop.report(done).await;
         });
+    }
+
+    async fn report(&self, done: Command) {
+        if let Some(commands) = self.commands.upgrade() {
+            // If the loop is gone, the next one finds the frame waiting.
+            let _stopped = commands.send(done).await;
+        }
     }
 
     /// The guide of a round: a pure function of the results that steer it, so after a crash it is simply made again.
     async fn guide(&self, task: Task, round: u32, before: Vec<Arc<Guide>>) -> Result<Guide, AssembleError> {
         let passes = (round as usize).checked_sub(1).and_then(|at| task.split.steering().get(at)).copied().unwrap_or(0);
-        let (frame, _) = stitch::fold(&task, passes, self.store.as_ref(), &self.blobs).await?;
+        let (frames, _) = stitch::fold(&task, &[stitch::Part::Whole], passes, self.store.as_ref(), &self.blobs).await?;
+        let frame = frames.into_iter().next().ok_or(AssembleError::Nothing)?;
         let make = move || {
             let number = task.split.moments()[task.position as usize].first;
             Ok(Guide::new(&task.record.plan, number, round, &frame.noise()?, &before))
@@ -120,6 +159,10 @@ impl Workshop {
     }
 
     async fn assemble(&self, task: Task) -> Result<Assembled, AssembleError> {
+        if !task.shares.is_empty() {
+            let (stitched, image) = window::frame(&task, self).await?;
+            return finish::finish(task, stitched, image, &self.blobs).await;
+        }
         let ready = self.ready(None).filter(|ready| ready.is_of(&task));
         let (stitched, image) = match ready {
             Some(ready) => (ready.stitched, ready.image),

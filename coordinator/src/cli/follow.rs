@@ -90,7 +90,7 @@ fn show(progress: &Progress, event: &Event) {
         Event::Progress { samples, .. } => progress.show(samples.done, samples.total),
         Event::Frame { state, .. } => progress.say(state),
         Event::Accuracy { point, target, seconds_left, .. } => progress.say_error(&point.error.into(), *target, *seconds_left),
-        Event::Tile { .. } => {}
+        Event::Tile { .. } | Event::Window(_) => {}
     }
 }
 

@@ -110,7 +110,7 @@ async fn follow(handle: &Handle, job: JobId, progress: &Progress) -> Result<JobV
                 let reason = error.unwrap_or_else(|| "no reason was given".to_owned());
                 return Err(Error::Job(format!("the job is {}: {reason}", state.name())));
             }
-            JobEvent::State { .. } | JobEvent::Frame { .. } | JobEvent::Tile { .. } => {}
+            JobEvent::State { .. } | JobEvent::Frame { .. } | JobEvent::Tile { .. } | JobEvent::Window { .. } => {}
         }
     }
     Ok(handle.get(job).await?)

@@ -38,7 +38,7 @@ pub enum Action {
     Tell(News),
 }
 
-/// Something that is done to a frame from its results.
+/// Something that is done to a frame, or to a window of moments, from results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Errand {
     /// All results of this frame are there: stitch, reconstruct and write it.
@@ -57,6 +57,11 @@ pub enum Errand {
         frame: u32,
         /// The round, from 1.
         round: u32,
+    },
+    /// All moments of this window are rendered: solve for them together.
+    Window {
+        /// Number of the window.
+        window: u32,
     },
 }
 
@@ -80,6 +85,8 @@ pub enum News {
     Frame(u32),
     /// The frame at this position has one more point.
     Accuracy(u32),
+    /// The state of this window.
+    Window(u32),
     /// A tile has one more result.
     Tile {
         /// Position of the frame.

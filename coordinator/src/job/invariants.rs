@@ -6,13 +6,15 @@
 //! * I4: the samples of a frame are the sum over its done units.
 //! * I5: a frame is assembled if and only if all its units are done and it is to have no more of them.
 //! * I6: a job that is not over has a unit that is ready and waits for no guide, a live lease, or a frame that is being assembled,
-//!   guided or measured: it always has an owner.
+//!   guided or measured, or a window that is being solved: it always has an owner.
 //! * I7: a frame has units up to its goal and none beyond; its points come in the order of their samples, none beyond the goal.
+//! * I8: of a job that is not over, a window is begun if and only if all its moments are rendered; one with a moment that is assembled is solved.
 //! * I9: a job that is over holds no lease, and a cancelled job stays cancelled.
 
 use super::guides::FrameGuides;
 use super::state::{FrameState, JobState};
 use super::unit::UnitState;
+use super::windows::WindowState;
 use super::{Frame, Job};
 
 /// Checks the invariants that a single state can show, in time linear in the units.
@@ -54,7 +56,8 @@ pub fn check(job: &Job) -> Result<(), String> {
             if job.units.of_frame(position).len() != job.units_to_goal(position) as usize {
                 return Err(format!("I7: frame {position} has {} units and a goal of {}", job.units.of_frame(position).len(), frame.goal));
             }
-            let complete = *units == job.units_to_goal(position) && !job.is_measured_now(position);
+            let all = *units == job.units_to_goal(position) && !job.is_measured_now(position);
+            let complete = all && (!job.has_all_units(position) || job.is_complete(position));
             let assembled = matches!(frame.state, FrameState::Assembling | FrameState::Done);
             if complete != assembled {
                 return Err(format!("I5: frame {position} is {:?} with {units} units done", frame.state));
@@ -69,8 +72,23 @@ pub fn check(job: &Job) -> Result<(), String> {
     }
     let in_work = |(position, frame): (u32, &Frame)| frame.state == FrameState::Assembling || job.is_measured_now(position);
     let in_work = (0..).zip(&job.frames).any(in_work) || job.guides.iter().any(FrameGuides::in_the_making);
+    let in_work = in_work || job.windows().is_some_and(|windows| windows.states.contains(&WindowState::Solving));
     if !job.state.is_final() && job.open_units().next().is_none() && job.units.leased().is_empty() && !in_work {
         return Err("I6: nothing is ready, leased, being assembled, guided or measured, yet the job is not over".into());
+    }
+    for (window, state) in (0..).zip(job.windows().map_or(&[][..], |windows| &windows.states)) {
+        let mut moments = job.windows().map(|windows| windows.layout.moments(window)).unwrap_or_default();
+        let begun = *state != WindowState::Waiting;
+        if !job.state.is_final() && begun != moments.clone().all(|position| job.is_in(position)) {
+            return Err(format!("I8: window {window} is {} with not all, or all, of its moments", state.name()));
+        }
+        let assembled = |position: u32| matches!(job.frames[position as usize].state, FrameState::Assembling | FrameState::Done);
+        if !matches!(state, WindowState::Solved(_)) && moments.any(assembled) {
+            return Err(format!("I8: window {window} is {} while moments of it are assembled", state.name()));
+        }
+        if job.state.is_final() && *state == WindowState::Solving {
+            return Err(format!("I9: window {window} is solved for a job that is over"));
+        }
     }
     if job.state.is_final() && !job.units.leased().is_empty() {
         return Err(format!("I9: the job is {:?} and still holds leases", job.state));

@@ -14,6 +14,7 @@ mod record;
 mod restore;
 mod state;
 mod unit;
+mod windows;
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -31,6 +32,7 @@ pub use identity::{JobId, ParseIdError, WorkerId};
 pub use record::{Change, DeliveredRecord, FileRecord, JobRecord, StoredJob, StoredUnit};
 pub use state::{FileKind, FrameState, JobState};
 pub use unit::{Unit, UnitState};
+pub use windows::{JobWindows, ShareRecord, SolvedWindow, WindowState};
 
 pub use crate::clock::Timestamp;
 use crate::schedule::Split;
@@ -59,8 +61,11 @@ pub struct Job {
     pub finished: Option<Timestamp>,
     /// Its frames, by position.
     pub frames: Vec<Frame>,
+    /// Whether it gets no leases for the time being.
+    pub paused: bool,
     guides: Vec<FrameGuides>,
     units: Units,
+    windows: Option<JobWindows>,
 }
 
 /// A unit whose guide is not there: it was lost in a crash, and is being made again.
@@ -117,7 +122,7 @@ impl Job {
 
     /// The next unit for a worker. With `others` there is somebody else to take what this worker failed before.
     pub fn next_for(&self, worker: WorkerId, others: bool) -> Option<u32> {
-        if self.state.is_final() {
+        if self.state.is_final() || self.paused {
             return None;
         }
         self.open_units().find(|index| !others || self.units.get(*index).is_some_and(|unit| unit.failed_on != Some(worker)))
@@ -186,6 +191,7 @@ impl Job {
             }
         }
         self.guides.iter_mut().for_each(FrameGuides::drop_all);
+        self.windows.iter_mut().for_each(JobWindows::stop);
         self.state = state;
         self.error = error;
         self.finished = Some(now);

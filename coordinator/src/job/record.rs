@@ -7,6 +7,7 @@ use gradfarm_proto::Digest;
 use super::frame::Frame;
 use super::identity::{JobId, WorkerId};
 use super::state::{FileKind, JobState};
+use super::windows::SolvedWindow;
 use crate::clock::Timestamp;
 
 /// What never changes about a job.
@@ -135,6 +136,22 @@ pub enum Change {
         /// The file.
         file: FileRecord,
     },
+    /// A window of moments is solved. Written once.
+    Window {
+        /// The job.
+        job: JobId,
+        /// Number of the window.
+        window: u32,
+        /// What it says, and how it went.
+        solved: Box<SolvedWindow>,
+    },
+    /// The job gets no leases from now on, or gets them again.
+    Paused {
+        /// The job.
+        job: JobId,
+        /// Which of the two.
+        paused: bool,
+    },
     /// A worker connected.
     Worker {
         /// Its name for the farm.
@@ -163,6 +180,10 @@ pub struct StoredJob {
     pub started: Option<Timestamp>,
     /// When it reached its final state.
     pub finished: Option<Timestamp>,
+    /// Whether it gets no leases.
+    pub paused: bool,
+    /// Windows that are solved, in order.
+    pub windows: Vec<(u32, SolvedWindow)>,
     /// Frames that something was kept of, by position.
     pub frames: Vec<(u32, Frame)>,
     /// Units that were ever leased, in order; empty for jobs that are done.

@@ -7,6 +7,7 @@ use super::guides::FrameGuides;
 use super::record::StoredJob;
 use super::state::FrameState;
 use super::unit::{UnitState, Units};
+use super::windows::{JobWindows, WindowState};
 use super::{Action, Errand, Job, checks};
 use crate::clock::Timestamp;
 use crate::schedule::{Split, TooManyUnits};
@@ -14,13 +15,13 @@ use crate::schedule::{Split, TooManyUnits};
 impl Job {
     /// The job as it was when the last change became durable, and what was still to be done.
     ///
-    /// Guides are not stored: those that were there are asked for again, one after the other. Leases live on for `ttl` from `now`, so that workers who come back keep theirs. Sums of frames are counted again from their
+    /// Windows that were being solved are begun again. Guides are not stored: those that were there are asked for again, one after the other. Leases live on for `ttl` from `now`, so that workers who come back keep theirs. Sums of frames are counted again from their
     /// results, for they are only written when a frame is assembled.
     ///
     /// # Errors
     /// If the record cannot be split, which no accepted job's can.
     pub fn restore(stored: StoredJob, now: Timestamp, ttl: Duration) -> Result<(Self, Vec<Action>), TooManyUnits> {
-        let StoredJob { record, state, error, started, finished, frames: kept, units: stored_units } = stored;
+        let StoredJob { record, state, error, started, finished, paused, windows: solved, frames: kept, units: stored_units } = stored;
         let split = Split::new(&record.plan, &record.moments, record.tile)?;
         let mut frames = vec![Frame::waiting(checks::first_goal(&record.plan)); split.frames() as usize];
         for (position, frame) in kept {
@@ -74,8 +75,16 @@ impl Job {
             }
             actions.extend(guides.next(position).map(Action::Do));
         }
-        let job = Self { record, split, state, error, started, finished, frames, guides, units };
+        let mut windows = JobWindows::waiting(&record.plan, split.frames());
+        for (window, solved) in solved {
+            if let Some(place) = windows.as_mut().and_then(|windows| windows.states.get_mut(window as usize)) {
+                *place = WindowState::Solved(solved);
+            }
+        }
+        let mut job = Self { record, split, state, error, started, finished, paused, frames, guides, units, windows };
         if !state.is_final() {
+            let all = job.windows.as_ref().map_or(0, |windows| windows.layout.len());
+            actions.extend(job.begin_windows(0..all));
             let measured = (0..job.split.frames()).filter(|position| job.is_measured_now(*position));
             actions.extend(measured.map(|frame| Action::Do(Errand::Measure { frame })));
         }

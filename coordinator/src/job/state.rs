@@ -43,6 +43,8 @@ pub enum FrameState {
     Waiting,
     /// Units are being rendered.
     Rendering,
+    /// All units are there, and windows over it are not all solved. Told of it, and kept as `Rendering`.
+    Rendered,
     /// All units are there; they are being stitched, reconstructed and written.
     Assembling,
     /// Its files are there.
@@ -51,13 +53,15 @@ pub enum FrameState {
 
 impl FrameState {
     /// Every state.
-    pub const ALL: [FrameState; 4] = [FrameState::Waiting, FrameState::Rendering, FrameState::Assembling, FrameState::Done];
+    pub const ALL: [FrameState; 5] =
+        [FrameState::Waiting, FrameState::Rendering, FrameState::Rendered, FrameState::Assembling, FrameState::Done];
 
     /// Name in reports, JSON and the store.
     pub fn name(self) -> &'static str {
         match self {
             FrameState::Waiting => "waiting",
             FrameState::Rendering => "rendering",
+            FrameState::Rendered => "rendered",
             FrameState::Assembling => "assembling",
             FrameState::Done => "done",
         }

@@ -9,7 +9,7 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::dispatch::Dispatcher;
 use crate::error::Error;
-use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, Measured, WorkerId};
+use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, Measured, SolvedWindow, WorkerId};
 
 /// One thing to do. Answers are sent after everything they rest on is durable.
 pub(crate) enum Command {
@@ -17,6 +17,8 @@ pub(crate) enum Command {
     Submit { record: Box<JobRecord>, reply: oneshot::Sender<Result<JobId, Error>> },
     /// Call a job off.
     Cancel { job: JobId, reply: oneshot::Sender<Result<(), Error>> },
+    /// Pause a job, or let it go on.
+    Pause { job: JobId, paused: bool, reply: oneshot::Sender<Result<(), Error>> },
     /// Look at the state; the closure answers by itself.
     Look(Box<dyn FnOnce(&mut Dispatcher) + Send>),
     /// A worker opened its stream.
@@ -39,6 +41,8 @@ pub(crate) enum Command {
     Measured { job: JobId, frame: u32, outcome: Result<Measured, String> },
     /// A round's guide was made, or could not be.
     Guided { job: JobId, frame: u32, round: u32, outcome: Result<Arc<Guide>, String> },
+    /// A window of moments was solved, or could not be.
+    Solved { job: JobId, window: u32, outcome: Result<SolvedWindow, String> },
 }
 
 /// One connection of one worker.

@@ -161,6 +161,10 @@ impl Dispatcher {
                 let outcome = self.cancel(job, turn);
                 turn.effects.push(answer(reply, outcome));
             }
+            Command::Pause { job, paused, reply } => {
+                let outcome = self.pause(job, paused, turn);
+                turn.effects.push(answer(reply, outcome));
+            }
             Command::Look(look) => turn.effects.push(Effect::Look(look)),
             Command::Connect { hello, outbox, reply } => {
                 let key = self.connect(&hello, outbox, turn);
@@ -206,6 +210,9 @@ impl Dispatcher {
             Command::Guided { job, frame, round, outcome } => {
                 self.apply(job, Event::Guided { frame, round, outcome }, turn);
             }
+            Command::Solved { job, window, outcome } => {
+                self.apply(job, Event::Solved { window, outcome }, turn);
+            }
         }
     }
 
@@ -233,6 +240,15 @@ impl Dispatcher {
             _ => {}
         }
         self.apply(job, Event::Cancelled, turn);
+        Ok(())
+    }
+
+    fn pause(&mut self, job: JobId, paused: bool, turn: &mut Turn) -> Result<(), Error> {
+        let found = self.jobs.get(&job).ok_or(Error::NoJob(job))?;
+        if found.state.is_final() {
+            return Err(Error::Over { job, state: found.state.name() });
+        }
+        self.apply(job, Event::Paused { paused }, turn);
         Ok(())
     }
 

@@ -108,6 +108,22 @@ impl Handle {
         self.ask(|reply| Command::Cancel { job, reply }).await?
     }
 
+    /// Pauses a job: it gets no leases until it is resumed; units that are being rendered finish. Pausing twice changes nothing.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`], and [`Error::Over`] if it is over.
+    pub async fn pause(&self, job: JobId) -> Result<(), Error> {
+        self.ask(|reply| Command::Pause { job, paused: true, reply }).await?
+    }
+
+    /// Lets a paused job go on.
+    ///
+    /// # Errors
+    /// As [`pause`](Self::pause).
+    pub async fn resume(&self, job: JobId) -> Result<(), Error> {
+        self.ask(|reply| Command::Pause { job, paused: false, reply }).await?
+    }
+
     /// What happens to a job from now on, beginning with its state and progress; ends after a final state, or when the service
     /// stops. A reader that lags behind loses events, but never the last state.
     ///

@@ -3,10 +3,10 @@
 use gradfarm_core::accuracy::Curve;
 use gradfarm_core::lattice::Moment;
 
-use super::view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView};
+use super::view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView};
 use crate::clock::Timestamp;
 use crate::error::Error;
-use crate::job::{FrameState, Job, News, Seconds, UnitState};
+use crate::job::{FrameState, Job, News, Seconds, UnitState, WindowState};
 use crate::schedule::Place;
 
 /// The line of a list.
@@ -17,6 +17,7 @@ pub(super) fn summary(job: &Job) -> JobSummary {
         id: job.record.id,
         name: job.record.name.clone(),
         state: job.state,
+        paused: job.paused,
         error: job.error.clone(),
         priority: job.record.priority,
         created: job.record.created,
@@ -33,7 +34,7 @@ pub(super) fn view(job: &Job) -> JobView {
     let frame = |(number, position): (u32, u32), frame: &crate::job::Frame| FrameView {
         number,
         moment: job.moment(position),
-        state: frame.state,
+        state: told(job, position),
         units: Count { done: u64::from(frame.units), total: expected(job, position).0 },
         samples: Count { done: frame.samples, total: expected(job, position).1 },
         seconds: frame.seconds,
@@ -55,9 +56,32 @@ pub(super) fn view(job: &Job) -> JobView {
         scene: job.record.scene,
         tile: job.record.tile,
         frames: shown.map(|at| frame(at, &job.frames[at.1 as usize])).collect(),
+        windows: windows(job),
         seconds,
         statistics: job.statistics(),
     }
+}
+
+/// The state of a moment, as it is told.
+fn told(job: &Job, position: u32) -> FrameState {
+    if job.is_rendered(position) { FrameState::Rendered } else { job.frames[position as usize].state }
+}
+
+/// All windows.
+fn windows(job: &Job) -> Vec<WindowView> {
+    let count = job.windows().map_or(0, |windows| windows.layout.len());
+    (0..count).filter_map(|window| window_view(job, window)).collect()
+}
+
+fn window_view(job: &Job, number: u32) -> Option<WindowView> {
+    let windows = job.windows()?;
+    let (moments, state) = (windows.layout.moments(number), windows.states.get(number as usize)?);
+    let (first, end) = (job.moment(moments.start).first, job.moment(moments.end.checked_sub(1)?).end);
+    let seconds = match state {
+        WindowState::Solved(solved) => Some(solved.stitch + solved.reconstruct),
+        WindowState::Waiting | WindowState::Solving => None,
+    };
+    Some(WindowView { number, first, end, state: state.name(), seconds })
 }
 
 /// What accuracy cost in a frame.
@@ -147,8 +171,9 @@ pub(super) fn events(job: &Job, news: News, now: Timestamp) -> Vec<JobEvent> {
         News::Job => vec![progress_event(job, now), state_event(job)],
         News::Frame(position) => {
             let Moment { first, end } = job.moment(position);
-            vec![JobEvent::Frame { frame: first, end, state: job.frames[position as usize].state }]
+            vec![JobEvent::Frame { frame: first, end, state: told(job, position) }]
         }
+        News::Window(window) => window_view(job, window).map(|view| JobEvent::Window { window: view }).into_iter().collect(),
         News::Accuracy(position) => accuracy_event(job, position).into_iter().chain([progress_event(job, now)]).collect(),
         News::Tile { frame, tile } => {
             let number = job.moment(frame).first;

@@ -24,7 +24,7 @@ use tokio::sync::{mpsc, watch};
 
 pub use handle::Handle;
 pub use submission::{Frames, Submission};
-pub use view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView, WorkerView};
+pub use view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView, WorkerView};
 
 use crate::assemble::Workshop;
 use crate::clock::Clock;

@@ -26,6 +26,8 @@ pub struct JobSummary {
     pub name: String,
     /// Where it stands.
     pub state: JobState,
+    /// Whether it gets no leases for the time being.
+    pub paused: bool,
     /// Why it failed.
     pub error: Option<String>,
     /// Higher goes first.
@@ -57,10 +59,27 @@ pub struct JobView {
     pub tile: u32,
     /// Its frames, in order.
     pub frames: Vec<FrameView>,
+    /// Its windows, in order, where moments are reconstructed together.
+    pub windows: Vec<WindowView>,
     /// Sums over its frames, but for `render_span`, which runs from the job's first lease to its last result.
     pub seconds: Seconds,
     /// Counters summed over the finished frames.
     pub statistics: Statistics,
+}
+
+/// A window of moments that is reconstructed as a whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindowView {
+    /// Counts from 0.
+    pub number: u32,
+    /// Its first frame.
+    pub first: u32,
+    /// The frame after its last.
+    pub end: u32,
+    /// `waiting`, `solving` or `solved`.
+    pub state: &'static str,
+    /// Adding up and solving, once it is solved [s].
+    pub seconds: Option<f64>,
 }
 
 /// A frame.
@@ -187,6 +206,11 @@ pub enum JobEvent {
         target: Option<f64>,
         /// Wall-clock time until the frame stops, as far as one can tell [s].
         seconds_left: Option<f64>,
+    },
+    /// A window of moments changed its state.
+    Window {
+        /// The window.
+        window: WindowView,
     },
     /// Frames that show one moment changed their state.
     Frame {

@@ -84,6 +84,8 @@ impl Tables {
                     error: None,
                     started: None,
                     finished: None,
+                    paused: false,
+                    windows: Vec::new(),
                     frames: Vec::new(),
                     units: Vec::new(),
                 };
@@ -124,6 +126,12 @@ impl Tables {
                 self.jobs.get(job)?;
                 self.files.insert((*job, *position, file.kind), *file);
             }
+            Change::Window { job, window, solved } => {
+                let windows = &mut self.jobs.get_mut(job)?.windows;
+                let at = windows.binary_search_by_key(window, |(w, _)| *w).err()?;
+                windows.insert(at, (*window, (**solved).clone()));
+            }
+            Change::Paused { job, paused } => self.jobs.get_mut(job)?.paused = *paused,
             Change::Worker { .. } => {}
         }
         Some(())

@@ -83,6 +83,8 @@ impl StoreError {
             Change::Freed { job, unit, .. } => format!("end of the lease of unit {unit} of job {job}"),
             Change::Delivered { job, unit, epoch, .. } => format!("result of unit {unit} of job {job} with epoch {epoch}"),
             Change::File { job, position, file } => format!("{} file of frame {position} of job {job}", file.kind.name()),
+            Change::Window { job, window, .. } => format!("window {window} of job {job}"),
+            Change::Paused { job, paused } => format!("job {job} being {}", if *paused { "paused" } else { "resumed" }),
             Change::Worker { worker, .. } => format!("worker {worker}"),
         };
         Self::Conflict { change }

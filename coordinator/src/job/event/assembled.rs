@@ -4,7 +4,7 @@ use gradfarm_core::accuracy::Estimate;
 
 use super::Assembled;
 use crate::clock::Timestamp;
-use crate::job::{Action, Change, FrameState, Job, JobState, News};
+use crate::job::{Action, Change, FrameState, Job, JobState, News, SolvedWindow};
 
 pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, String>, now: Timestamp) -> Vec<Action> {
     let assembling = job.frames.get(position as usize).is_some_and(|frame| frame.state == FrameState::Assembling);
@@ -16,10 +16,15 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, Str
         Ok(assembled) => assembled,
         Err(reason) => return job.end(JobState::Failed, Some(format!("frame {number} could not be assembled: {reason}")), now),
     };
+    // Each moment bears its part of the windows over it.
+    let part = |seconds: fn(&SolvedWindow) -> f64| -> f64 {
+        job.shares(position).iter().map(|(_, window)| seconds(window) / window.shares.len() as f64).sum()
+    };
+    let windows = [part(|window| window.stitch), part(|window| window.reconstruct)];
     let frame = &mut job.frames[position as usize];
     frame.state = FrameState::Done;
-    frame.seconds.stitch = assembled.seconds.stitch;
-    frame.seconds.reconstruct = assembled.seconds.reconstruct;
+    frame.seconds.stitch = assembled.seconds.stitch + windows[0];
+    frame.seconds.reconstruct = assembled.seconds.reconstruct + windows[1];
     frame.seconds.write = assembled.seconds.write;
     frame.estimated_relmse = assembled.error.map(|error| error.relmse);
     frame.choice = assembled.choice;

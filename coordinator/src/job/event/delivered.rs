@@ -38,7 +38,7 @@ pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, resu
     if job.is_measured_now(place.frame) {
         actions.push(Action::Do(Errand::Measure { frame: place.frame }));
     } else if job.has_all_units(place.frame) {
-        actions.extend(job.finish_frame(place.frame));
+        actions.extend(job.moment_rendered(place.frame));
     }
     actions
 }

@@ -5,7 +5,7 @@ use crate::job::unit::UnitState;
 use crate::job::{Action, Change, FrameState, Job, JobState, News, WorkerId};
 
 pub(super) fn apply(job: &mut Job, unit: u32, worker: WorkerId, until: Timestamp, now: Timestamp) -> Vec<Action> {
-    if job.state.is_final() || job.unit(unit).is_none_or(|u| u.state != UnitState::Ready) || !job.is_open(unit) {
+    if job.state.is_final() || job.paused || job.unit(unit).is_none_or(|u| u.state != UnitState::Ready) || !job.is_open(unit) {
         return Vec::new();
     }
     job.units.note(unit, |u| u.epoch += 1);

@@ -7,13 +7,15 @@ mod failed;
 mod guided;
 mod leased;
 mod measured;
+mod paused;
 mod released;
 mod renewed;
+mod solved;
 mod submitted;
 
 use super::identity::WorkerId;
 use super::record::{DeliveredRecord, FileRecord};
-use super::{Action, Job, Seconds};
+use super::{Action, Job, Seconds, SolvedWindow};
 use crate::clock::Timestamp;
 use gradfarm_core::accuracy::Estimate;
 use gradfarm_core::film::Statistics;
@@ -108,6 +110,18 @@ pub enum Event {
         /// The outcome.
         outcome: Result<Arc<Guide>, String>,
     },
+    /// A window of moments was solved, or could not be.
+    Solved {
+        /// Number of the window.
+        window: u32,
+        /// The outcome.
+        outcome: Result<SolvedWindow, String>,
+    },
+    /// Somebody pauses the job, or lets it go on.
+    Paused {
+        /// Which of the two.
+        paused: bool,
+    },
 }
 
 /// A frame that is finished and stored.
@@ -150,6 +164,8 @@ impl Event {
             Event::Assembled { frame, outcome } => assembled::apply(job, frame, outcome, now),
             Event::Measured { frame, outcome } => measured::apply(job, frame, outcome, now),
             Event::Guided { frame, round, outcome } => guided::apply(job, frame, round, outcome, now),
+            Event::Solved { window, outcome } => solved::apply(job, window, outcome, now),
+            Event::Paused { paused } => paused::apply(job, paused),
         }
     }
 }

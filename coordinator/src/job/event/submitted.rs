@@ -3,7 +3,7 @@
 use crate::job::guides::FrameGuides;
 use crate::job::record::JobRecord;
 use crate::job::unit::Units;
-use crate::job::{Action, Change, Frame, Job, JobState, News, checks};
+use crate::job::{Action, Change, Frame, Job, JobState, JobWindows, News, checks};
 use crate::schedule::{Split, TooManyUnits};
 
 /// A new job with its first units ready, and what is to be kept of it.
@@ -17,9 +17,11 @@ pub fn submit(record: JobRecord) -> Result<(Job, Vec<Action>), TooManyUnits> {
         error: None,
         started: None,
         finished: None,
+        paused: false,
         frames: vec![Frame::waiting(checks::first_goal(&record.plan)); split.frames() as usize],
         guides: vec![FrameGuides::waiting(&split); split.frames() as usize],
         units: Units::closed(split.frames(), split.units_per_frame()),
+        windows: JobWindows::waiting(&record.plan, split.frames()),
         split,
         record: record.clone(),
     };

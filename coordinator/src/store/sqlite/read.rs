@@ -7,14 +7,15 @@ use gradfarm_core::accuracy::{Estimate, Point, Reason};
 use gradfarm_core::film::Statistics;
 use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::{Plan, by_name};
+use gradfarm_core::reconstruction::SolveReport;
 use gradfarm_proto::{Digest, v1};
 use prost::Message;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqlitePool};
 
 use crate::job::{
-    DeliveredRecord, FileKind, FileRecord, Frame, FrameState, JobId, JobRecord, JobState, Seconds, StoredJob, StoredUnit, Timestamp,
-    WorkerId,
+    DeliveredRecord, FileKind, FileRecord, Frame, FrameState, JobId, JobRecord, JobState, Seconds, ShareRecord, SolvedWindow, StoredJob, StoredUnit,
+    Timestamp, WorkerId,
 };
 use crate::store::StoreError;
 
@@ -40,6 +41,19 @@ pub(super) async fn jobs(pool: &SqlitePool) -> Result<Vec<StoredJob>, StoreError
             && let Ok(at) = job.frames.binary_search_by_key(&position, |(p, _)| *p)
         {
             job.frames[at].1.points.push(point(&row)?);
+        }
+    }
+    for row in sqlx::query("SELECT * FROM windows ORDER BY job, number").fetch_all(&mut *transaction).await? {
+        if let Some(job) = jobs.get_mut(&JobId::from_bytes(bytes(&row, "job")?)) {
+            job.windows.push((row.try_get("number")?, window(&row)?));
+        }
+    }
+    for row in sqlx::query("SELECT * FROM shares ORDER BY job, number, place").fetch_all(&mut *transaction).await? {
+        let number = row.try_get::<u32, _>("number")?;
+        if let Some(job) = jobs.get_mut(&JobId::from_bytes(bytes(&row, "job")?))
+            && let Ok(at) = job.windows.binary_search_by_key(&number, |(n, _)| *n)
+        {
+            job.windows[at].1.shares.push(ShareRecord { blob: digest(&row, "blob")?, size: count(&row, "size")? });
         }
     }
     let units = "SELECT units.job, units.unit, units.epoch, failures, losses, worker, content, blob, size, load, compile, render
@@ -102,6 +116,8 @@ fn job(row: &SqliteRow) -> Result<StoredJob, StoreError> {
         error: row.try_get("error")?,
         started: time(row, "started")?,
         finished: time(row, "finished")?,
+        paused: row.try_get("paused")?,
+        windows: Vec::new(),
         frames: Vec::new(),
         units: Vec::new(),
     })
@@ -153,6 +169,19 @@ fn frame(row: &SqliteRow, samples: u32) -> Result<Frame, StoreError> {
         goal: row.try_get::<Option<u32>, _>("goal")?.unwrap_or(samples),
         stopped: stopped.transpose()?,
         points: Vec::new(),
+    })
+}
+
+fn window(row: &SqliteRow) -> Result<SolvedWindow, StoreError> {
+    Ok(SolvedWindow {
+        shares: Vec::new(),
+        report: SolveReport {
+            alpha: row.try_get::<f64, _>("alpha")? as f32,
+            iterations: row.try_get("iterations")?,
+            residual: row.try_get("residual")?,
+        },
+        stitch: row.try_get("stitch")?,
+        reconstruct: row.try_get("reconstruct")?,
     })
 }
 

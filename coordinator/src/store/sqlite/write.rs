@@ -5,7 +5,7 @@ use gradfarm_proto::v1;
 use prost::Message;
 use sqlx::{Sqlite, Transaction};
 
-use crate::job::{Change, Frame, JobId};
+use crate::job::{Change, Frame, JobId, SolvedWindow};
 use crate::store::StoreError;
 
 /// Makes one change within a transaction.
@@ -96,6 +96,11 @@ pub(super) async fn make(transaction: &mut Transaction<'static, Sqlite>, change:
                 .bind(file.size as i64);
             query.execute(&mut **transaction).await?.rows_affected()
         }
+        Change::Window { job, window, solved } => keep_window(transaction, *job, *window, solved).await?,
+        Change::Paused { job, paused } => {
+            let query = sqlx::query("UPDATE jobs SET paused = $2 WHERE id = $1").bind(id(*job)).bind(paused);
+            query.execute(&mut **transaction).await?.rows_affected()
+        }
         Change::Worker { worker, name, version, threads, at } => {
             let insert = "INSERT INTO workers (id, name, version, threads, connected) VALUES ($1, $2, $3, $4, $5)
                           ON CONFLICT (id) DO UPDATE SET connected = excluded.connected";
@@ -139,6 +144,34 @@ async fn keep_frame(transaction: &mut Transaction<'static, Sqlite>, job: JobId, 
     let rows = query.execute(&mut **transaction).await?.rows_affected();
     if rows == 1 {
         keep_points(transaction, job, position, &frame.points).await?;
+    }
+    Ok(rows)
+}
+
+/// A window and its shares, if there is no such window yet.
+async fn keep_window(transaction: &mut Transaction<'static, Sqlite>, job: JobId, window: u32, solved: &SolvedWindow) -> Result<u64, StoreError> {
+    let insert = "INSERT INTO windows (job, number, stitch, reconstruct, alpha, iterations, residual)
+                  SELECT id, $2, $3, $4, $5, $6, $7 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING";
+    let query = sqlx::query(insert)
+        .bind(id(job))
+        .bind(window)
+        .bind(solved.stitch)
+        .bind(solved.reconstruct)
+        .bind(f64::from(solved.report.alpha))
+        .bind(solved.report.iterations)
+        .bind(solved.report.residual);
+    let rows = query.execute(&mut **transaction).await?.rows_affected();
+    if rows == 1 {
+        for (place, share) in (0u32..).zip(&solved.shares) {
+            let insert = "INSERT INTO shares (job, number, place, blob, size) VALUES ($1, $2, $3, $4, $5)";
+            let query = sqlx::query(insert)
+                .bind(id(job))
+                .bind(window)
+                .bind(place)
+                .bind(share.blob.as_bytes().to_vec())
+                .bind(share.size as i64);
+            query.execute(&mut **transaction).await?;
+        }
     }
     Ok(rows)
 }

@@ -1,0 +1,160 @@
+//! The windows of a job whose moments are reconstructed together: a window is solved when all its moments are rendered, and a moment is
+//! assembled when all windows over it are solved.
+
+use std::ops::Range;
+
+use gradfarm_core::plan::Plan;
+use gradfarm_core::reconstruction::SolveReport;
+use gradfarm_core::reconstruction::window::Windows;
+use gradfarm_proto::Digest;
+
+use super::action::{Action, Errand, News};
+use super::state::FrameState;
+use super::{Change, Job};
+
+/// What a window says of one of its moments, multiplied by what it counts there: its name among the blobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShareRecord {
+    /// Digest of its compressed form.
+    pub blob: Digest,
+    /// Size before compression [bytes].
+    pub size: u64,
+}
+
+/// A window that is solved and stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolvedWindow {
+    /// One share for each of its moments, in order.
+    pub shares: Vec<ShareRecord>,
+    /// How the solve went.
+    pub report: SolveReport,
+    /// Reading results and adding them up [s].
+    pub stitch: f64,
+    /// Solving [s].
+    pub reconstruct: f64,
+}
+
+/// Where a window stands.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WindowState {
+    /// Not all its moments are rendered.
+    Waiting,
+    /// It is being solved.
+    Solving,
+    /// It is solved.
+    Solved(SolvedWindow),
+}
+
+impl WindowState {
+    /// Name in reports and JSON.
+    pub fn name(&self) -> &'static str {
+        match self {
+            WindowState::Waiting => "waiting",
+            WindowState::Solving => "solving",
+            WindowState::Solved(_) => "solved",
+        }
+    }
+}
+
+/// All windows of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobWindows {
+    /// Which moments each covers.
+    pub layout: Windows,
+    /// Where each stands.
+    pub states: Vec<WindowState>,
+}
+
+impl JobWindows {
+    /// The windows of a plan over so many moments, none of them begun; `None` where frames are reconstructed one by one.
+    pub(super) fn waiting(plan: &Plan, moments: u32) -> Option<Self> {
+        let temporal = plan.temporal?;
+        let layout = Windows::new(moments, temporal.window, temporal.stride);
+        Some(Self { layout, states: vec![WindowState::Waiting; layout.len() as usize] })
+    }
+
+    /// Whether all windows over a moment are solved.
+    fn are_solved_over(&self, position: u32) -> bool {
+        self.layout.over(position).all(|window| matches!(self.states[window as usize], WindowState::Solved(_)))
+    }
+
+    /// Nothing is being solved any more.
+    pub(super) fn stop(&mut self) {
+        self.states.iter_mut().filter(|state| **state == WindowState::Solving).for_each(|state| *state = WindowState::Waiting);
+    }
+}
+
+impl Job {
+    /// The windows, where moments are reconstructed together.
+    pub fn windows(&self) -> Option<&JobWindows> {
+        self.windows.as_ref()
+    }
+
+    /// Whether all units of a moment are there while windows over it are not solved.
+    pub fn is_rendered(&self, position: u32) -> bool {
+        self.windows.is_some() && self.has_all_units(position)
+    }
+
+    /// Whether all units of a moment are there.
+    pub(super) fn is_in(&self, position: u32) -> bool {
+        matches!(self.frames[position as usize].state, FrameState::Assembling | FrameState::Done) || self.has_all_units(position)
+    }
+
+    /// Whether a moment waits for nothing but to be assembled.
+    pub(super) fn is_complete(&self, position: u32) -> bool {
+        self.has_all_units(position) && self.windows.as_ref().is_none_or(|windows| windows.are_solved_over(position))
+    }
+
+    /// What windows over a moment say of it, in their order, with how they went.
+    pub fn shares(&self, position: u32) -> Vec<(ShareRecord, &SolvedWindow)> {
+        let Some(windows) = &self.windows else { return Vec::new() };
+        let share = |window: u32| match &windows.states[window as usize] {
+            WindowState::Solved(solved) => {
+                let place = position - windows.layout.moments(window).start;
+                solved.shares.get(place as usize).map(|share| (*share, solved))
+            }
+            WindowState::Waiting | WindowState::Solving => None,
+        };
+        windows.layout.over(position).filter_map(share).collect()
+    }
+
+    /// Takes up the windows among these that are complete and not begun.
+    pub(super) fn begin_windows(&mut self, among: Range<u32>) -> Vec<Action> {
+        let Some(windows) = &self.windows else { return Vec::new() };
+        let (layout, states) = (windows.layout, &windows.states);
+        let due = |window: &u32| states[*window as usize] == WindowState::Waiting && layout.moments(*window).all(|p| self.is_in(p));
+        let due: Vec<u32> = among.filter(due).collect();
+        let mut actions = Vec::new();
+        if let Some(windows) = &mut self.windows {
+            for window in due {
+                windows.states[window as usize] = WindowState::Solving;
+                actions.extend([Action::Do(Errand::Window { window }), Action::Tell(News::Window(window))]);
+            }
+        }
+        actions
+    }
+
+    /// All units of a moment are there.
+    pub(super) fn moment_rendered(&mut self, position: u32) -> Vec<Action> {
+        let Some(windows) = &self.windows else { return self.finish_frame(position) };
+        let over = windows.layout.over(position);
+        let mut actions = vec![Action::Tell(News::Frame(position))];
+        actions.extend(self.begin_windows(over));
+        actions
+    }
+
+    /// A window is solved: moments that waited for nothing else are assembled.
+    pub(super) fn window_solved(&mut self, window: u32, solved: SolvedWindow) -> Vec<Action> {
+        let Some(windows) = &mut self.windows else { return Vec::new() };
+        let moments = windows.layout.moments(window);
+        windows.states[window as usize] = WindowState::Solved(solved.clone());
+        let kept = Change::Window { job: self.record.id, window, solved: Box::new(solved) };
+        let mut actions = vec![Action::Keep(kept), Action::Tell(News::Window(window))];
+        for position in moments {
+            if self.is_complete(position) {
+                actions.extend(self.finish_frame(position));
+            }
+        }
+        actions
+    }
+}
