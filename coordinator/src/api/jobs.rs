@@ -79,6 +79,20 @@ pub(super) async fn cancel(State(service): State<Handle>, Path(job): Path<String
     Ok(Json(service.get(job).await?.into()))
 }
 
+/// `POST /jobs/{job}/pause`: no leases until it is resumed. Answers with the job as it then stands.
+pub(super) async fn pause(State(service): State<Handle>, Path(job): Path<String>) -> Result<Json<Job>, Problem> {
+    let job = parse(&job)?;
+    service.pause(job).await?;
+    Ok(Json(service.get(job).await?.into()))
+}
+
+/// `POST /jobs/{job}/resume`.
+pub(super) async fn resume(State(service): State<Handle>, Path(job): Path<String>) -> Result<Json<Job>, Problem> {
+    let job = parse(&job)?;
+    service.resume(job).await?;
+    Ok(Json(service.get(job).await?.into()))
+}
+
 /// The job that an address names.
 pub(super) fn parse(text: &str) -> Result<JobId, Problem> {
     text.parse().map_err(|fault: crate::job::ParseIdError| Problem::not_found(fault.to_string()))

@@ -61,6 +61,8 @@ pub fn router(handle: Handle) -> Router {
         .route("/jobs", post(jobs::submit).layer(DefaultBodyLimit::max(UPLOAD_BYTES)).get(jobs::list))
         .route("/jobs/{job}", get(jobs::show).delete(jobs::cancel))
         .route("/jobs/{job}/cancel", post(jobs::cancel))
+        .route("/jobs/{job}/pause", post(jobs::pause))
+        .route("/jobs/{job}/resume", post(jobs::resume))
         .route("/jobs/{job}/events", get(events::stream))
         .route("/jobs/{job}/frames/{frame}", get(frames::show))
         .route("/jobs/{job}/frames/{frame}/tiles", get(frames::tiles))

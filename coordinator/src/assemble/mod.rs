@@ -99,7 +99,15 @@ enum AssembleError {
 impl Workshop {
     /// A workshop that reports to the loop behind `commands`.
     pub(crate) fn new(commands: mpsc::WeakSender<Command>, store: Arc<dyn Store>, blobs: Blobs) -> Self {
-        Self { commands, store, blobs, bench: Arc::new(Semaphore::new(1)), clock: Clock::new(), measured: Arc::default(), films: Arc::default() }
+        Self {
+            commands,
+            store,
+            blobs,
+            bench: Arc::new(Semaphore::new(1)),
+            clock: Clock::new(),
+            measured: Arc::default(),
+            films: Arc::default(),
+        }
     }
 
     /// Takes a frame in, whose results are all there, or enough of them for a guide.

@@ -13,6 +13,7 @@ mod local;
 mod measured;
 mod method;
 mod options;
+mod pause;
 mod peer;
 mod plan;
 mod progress;
@@ -64,6 +65,10 @@ enum Command {
     Watch(watch::Watch),
     /// Call a job off
     Cancel(cancel::Cancel),
+    /// Let a job wait
+    Pause(pause::Pause),
+    /// Let a paused job go on
+    Resume(pause::Pause),
     /// Fetch a finished image
     Pull(pull::Pull),
     /// Tell what accuracy cost in a frame, and what more of it would cost
@@ -103,6 +108,8 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Status(command) => wait_for(command.run()),
         Command::Watch(command) => wait_for(command.run()),
         Command::Cancel(command) => wait_for(command.run()),
+        Command::Pause(command) => wait_for(command.run(true)),
+        Command::Resume(command) => wait_for(command.run(false)),
         Command::Pull(command) => wait_for(command.run()),
         Command::Accuracy(command) => wait_for(command.run()),
         Command::Compare(command) => command.run(),

@@ -51,7 +51,7 @@ async fn list(client: &Client, path: &str) -> Result<(), Error> {
     terminal::line(format_args!("{:36}  {:9}  {:>6}  {:>8}  name", "job", "state", "done", "age"))?;
     for job in &page.jobs {
         let done = job.progress.units.fraction() * 100.0;
-        terminal::line(format_args!("{:36}  {:9}  {done:5.1}%  {:>8}  {}", job.id, job.state, age(job), job.name))?;
+        terminal::line(format_args!("{:36}  {:9}  {done:5.1}%  {:>8}  {}", job.id, state(job), age(job), job.name))?;
     }
     if page.next.is_some() {
         terminal::line("… and older ones: --limit shows more")?;
@@ -63,7 +63,7 @@ fn print(job: &Job) -> Result<(), Error> {
     let (summary, plan) = (&job.summary, &job.plan);
     terminal::line(format_args!("job      {}", summary.id))?;
     terminal::line(format_args!("name     {}", summary.name))?;
-    terminal::line(format_args!("state    {}", summary.state))?;
+    terminal::line(format_args!("state    {}{}", summary.state, if summary.paused { ", paused" } else { "" }))?;
     if let Some(error) = &summary.error {
         terminal::line(format_args!("because  {error}"))?;
     }
@@ -89,6 +89,10 @@ fn describe(frame: &Frame) -> String {
     let stopped = frame.stopped.as_deref().map(|why| format!(", stopped by {why} at {} samples", frame.samples_per_pixel));
     let choice = frame.choice.as_deref().map(|choice| format!(", reconstruction {choice}"));
     format!("{}: {} ({percent:.1} %){error}{}{}", frame.number, frame.state, stopped.unwrap_or_default(), choice.unwrap_or_default())
+}
+
+fn state(job: &JobSummary) -> &str {
+    if job.paused { "paused" } else { &job.state }
 }
 
 fn age(job: &JobSummary) -> String {

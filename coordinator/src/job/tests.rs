@@ -7,12 +7,14 @@ use std::time::Duration;
 use gradfarm_core::accuracy::Estimate;
 use gradfarm_core::film::{Image, Noise};
 use gradfarm_core::plan::{Plan, Stop};
+use gradfarm_core::reconstruction::SolveReport;
 use gradfarm_proto::Digest;
 use proptest::prelude::*;
 
 use super::*;
 
 mod checks;
+pub(crate) mod windows;
 
 use crate::schedule::Place;
 use crate::schedule::split::tests::{plan, single};
@@ -33,6 +35,8 @@ pub(crate) enum Step {
     Assemble { works: bool },
     Guide { works: bool },
     Measure { error: f64, works: bool },
+    Solve { works: bool },
+    Pause { paused: bool },
     Cancel,
     Restart,
 }
@@ -49,6 +53,8 @@ pub(crate) fn steps() -> impl Strategy<Value = Vec<Step>> {
         8 => prop::bool::weighted(0.95).prop_map(|works| Step::Assemble { works }),
         8 => prop::bool::weighted(0.98).prop_map(|works| Step::Guide { works }),
         8 => (1e-3..0.1f64, prop::bool::weighted(0.98)).prop_map(|(error, works)| Step::Measure { error, works }),
+        8 => prop::bool::weighted(0.98).prop_map(|works| Step::Solve { works }),
+        2 => prop::bool::weighted(0.3).prop_map(|paused| Step::Pause { paused }),
         1 => Just(Step::Cancel),
         3 => Just(Step::Restart),
     ];
@@ -255,6 +261,17 @@ impl History {
         }
     }
 
+    /// Solves a window that is to be solved: the first one in order.
+    fn solve(&mut self, works: bool) {
+        let Some(windows) = self.job.windows() else { return };
+        let Some(window) = windows.states.iter().position(|state| *state == WindowState::Solving) else { return };
+        let moments = windows.layout.moments(window as u32);
+        assert!(moments.clone().all(|position| self.job.is_in(position)), "a window is solved when its moments are rendered");
+        let outcome = if works { Ok(windows::solved(moments.len() as u32)) } else { Err("no memory".into()) };
+        self.apply(Event::Solved { window: window as u32, outcome: outcome.clone() });
+        assert!(self.apply(Event::Solved { window: window as u32, outcome }).is_empty(), "a window is solved once");
+    }
+
     pub(crate) fn step(&mut self, step: &Step) {
         match step {
             Step::Lease { worker } => self.lease(*worker),
@@ -293,6 +310,10 @@ impl History {
             Step::Assemble { works } => self.assemble(*works),
             Step::Guide { works } => self.guide(*works),
             Step::Measure { error, works } => self.measure(*error, *works),
+            Step::Solve { works } => self.solve(*works),
+            Step::Pause { paused } => {
+                self.apply(Event::Paused { paused: *paused });
+            }
             Step::Cancel => {
                 self.apply(Event::Cancelled);
                 assert!(self.job.state.is_final());
@@ -312,7 +333,11 @@ impl History {
                 let measured = |a: &&Action| matches!(a, Action::Do(Errand::Measure { .. }));
                 let pending = (0..job.split.frames()).filter(|frame| !job.state.is_final() && self.job.is_measured_now(*frame)).count();
                 assert_eq!(actions.iter().filter(measured).count(), pending, "measurements begin again");
-                assert_eq!((job.state, &job.error), (self.job.state, &self.job.error));
+                let solving = |job: &Job| job.windows().map_or(0, |w| w.states.iter().filter(|s| **s == WindowState::Solving).count());
+                let begun = actions.iter().filter(|a| matches!(a, Action::Do(Errand::Window { .. }))).count();
+                assert_eq!((begun, solving(&job)), (solving(&self.job), solving(&self.job)), "windows begin again");
+                assert_eq!(job.windows(), self.job.windows());
+                assert_eq!((job.state, &job.error, job.paused), (self.job.state, &self.job.error, self.job.paused));
                 for (old, new) in self.job.frames.iter().zip(&job.frames) {
                     assert_eq!((old.state, old.units, old.samples), (new.state, new.units, new.samples));
                     assert_eq!((old.goal, old.stopped, &old.points), (new.goal, new.stopped, &new.points), "decisions are kept");
@@ -332,18 +357,20 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn invariants_hold_through_any_history(steps in steps(), kind in 0..3) {
-        let records = [record("even"), record_in_rounds(), record_with_checks()];
+    fn invariants_hold_through_any_history(steps in steps(), kind in 0..4) {
+        let records = [record("even"), record_in_rounds(), record_with_checks(), windows::record_with_windows()];
         let mut history = History::of(records[kind as usize].clone());
         for step in &steps {
             history.step(step);
         }
+        history.step(&Step::Pause { paused: false });
         // Whatever happened: a farm that works from here on finishes the job.
         while !history.job.state.is_final() {
             let progress = |job: &Job| {
                 let done = job.frames.iter().filter(|f| f.state == FrameState::Done).count();
                 // A frame that is cut short loses units, and is assembled at once.
-                (done, job.frames.iter().map(|frame| frame.goal).sum::<u32>(), job.units_done())
+                let solved = job.windows().map_or(0, |w| w.states.iter().filter(|s| matches!(s, WindowState::Solved(_))).count());
+                (done, solved, job.frames.iter().map(|frame| frame.goal).sum::<u32>(), job.units_done())
             };
             let before = progress(&history.job);
             history.step(&Step::Pass { millis: 16_000 });
@@ -353,6 +380,7 @@ proptest! {
             if let Some(grant) = history.grants.last().copied() {
                 history.deliver(grant, false);
             }
+            history.solve(true);
             history.assemble(true);
             prop_assert!(progress(&history.job) > before || history.job.state.is_final(), "the job moves on");
         }

@@ -8,6 +8,7 @@ use proptest::test_runner::TestRunner;
 use super::*;
 use crate::job::{Frame, FrameState, JobRecord, JobState, Seconds, StoredUnit, Timestamp, WorkerId};
 
+use crate::job::tests::windows::{record_with_windows, solved};
 use crate::job::tests::{History, record, record_with_checks, result, steps};
 use gradfarm_core::accuracy::{Estimate, Point, Reason};
 use gradfarm_core::film::Statistics;
@@ -51,6 +52,8 @@ suite!(
     nothing_is_kept_of_unknown_jobs,
     points_come_back_with_their_frame,
     done_jobs_come_without_units,
+    windows_are_written_once_and_come_back,
+    a_pause_is_kept,
     any_history_reads_the_same,
 );
 
@@ -231,6 +234,30 @@ async fn nothing_is_kept_of_unknown_jobs(store: &dyn Store) {
     assert!(store.commit(&[leased(job, 0, 1, WorkerId::fresh())]).await.is_err());
 }
 
+async fn windows_are_written_once_and_come_back(store: &dyn Store) {
+    let record = record_with_windows();
+    let job = record.id;
+    let window = |window: u32, moments: u32| Change::Window { job, window, solved: Box::new(solved(moments)) };
+    refused(store, window(0, 3)).await;
+    store.commit(&[submitted(&record), window(1, 3)]).await.unwrap();
+    refused(store, window(1, 3)).await;
+    store.commit(&[window(0, 2)]).await.unwrap();
+    let stored = store.jobs().await.unwrap().remove(0);
+    assert_eq!(stored.record, record, "moments come back");
+    assert_eq!(stored.windows, [(0, solved(2)), (1, solved(3))]);
+}
+
+async fn a_pause_is_kept(store: &dyn Store) {
+    let record = record("paused");
+    let job = record.id;
+    refused(store, Change::Paused { job, paused: true }).await;
+    store.commit(&[submitted(&record)]).await.unwrap();
+    for paused in [true, true, false] {
+        store.commit(&[Change::Paused { job, paused }]).await.unwrap();
+        assert_eq!(store.jobs().await.unwrap()[0].paused, paused);
+    }
+}
+
 async fn done_jobs_come_without_units(store: &dyn Store) {
     let record = record("done");
     let (job, worker) = (record.id, WorkerId::fresh());
@@ -244,11 +271,12 @@ async fn done_jobs_come_without_units(store: &dyn Store) {
 /// What the machine does in random histories reads the same from this store as from the twin in memory.
 async fn any_history_reads_the_same(store: &dyn Store) {
     let mut runner = TestRunner::deterministic();
-    for with_checks in [false, true].into_iter().cycle().take(20) {
+    for kind in (0..3).cycle().take(21) {
         let steps = steps().new_tree(&mut runner).unwrap().current();
         // The history waits for its own store, which must not be done on this thread's runtime.
         let (changes, expected) = tokio::task::spawn_blocking(move || {
-            let mut history = if with_checks { History::of(record_with_checks()) } else { History::new() };
+            let records = [record("history"), record_with_checks(), record_with_windows()];
+            let mut history = History::of(records[kind].clone());
             steps.iter().for_each(|step| history.step(step));
             (history.changes.clone(), history.stored())
         })

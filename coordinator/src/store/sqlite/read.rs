@@ -14,8 +14,8 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqlitePool};
 
 use crate::job::{
-    DeliveredRecord, FileKind, FileRecord, Frame, FrameState, JobId, JobRecord, JobState, Seconds, ShareRecord, SolvedWindow, StoredJob, StoredUnit,
-    Timestamp, WorkerId,
+    DeliveredRecord, FileKind, FileRecord, Frame, FrameState, JobId, JobRecord, JobState, Seconds, ShareRecord, SolvedWindow, StoredJob,
+    StoredUnit, Timestamp, WorkerId,
 };
 use crate::store::StoreError;
 

@@ -149,7 +149,12 @@ async fn keep_frame(transaction: &mut Transaction<'static, Sqlite>, job: JobId, 
 }
 
 /// A window and its shares, if there is no such window yet.
-async fn keep_window(transaction: &mut Transaction<'static, Sqlite>, job: JobId, window: u32, solved: &SolvedWindow) -> Result<u64, StoreError> {
+async fn keep_window(
+    transaction: &mut Transaction<'static, Sqlite>,
+    job: JobId,
+    window: u32,
+    solved: &SolvedWindow,
+) -> Result<u64, StoreError> {
     let insert = "INSERT INTO windows (job, number, stitch, reconstruct, alpha, iterations, residual)
                   SELECT id, $2, $3, $4, $5, $6, $7 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING";
     let query = sqlx::query(insert)
@@ -164,12 +169,8 @@ async fn keep_window(transaction: &mut Transaction<'static, Sqlite>, job: JobId,
     if rows == 1 {
         for (place, share) in (0u32..).zip(&solved.shares) {
             let insert = "INSERT INTO shares (job, number, place, blob, size) VALUES ($1, $2, $3, $4, $5)";
-            let query = sqlx::query(insert)
-                .bind(id(job))
-                .bind(window)
-                .bind(place)
-                .bind(share.blob.as_bytes().to_vec())
-                .bind(share.size as i64);
+            let query =
+                sqlx::query(insert).bind(id(job)).bind(window).bind(place).bind(share.blob.as_bytes().to_vec()).bind(share.size as i64);
             query.execute(&mut **transaction).await?;
         }
     }
