@@ -11,7 +11,35 @@ use crate::scene::description::{Camera, Geometry, Shape};
 /// Finds what a description calls for. Materials that nothing visible bears, and groups that nothing places, call for nothing.
 ///
 /// A description that was not checked is walked all the same: names that nothing bears are passed over.
+///
+/// A scene that moves calls for what it calls for at any of its keys.
 pub fn analyse(scene: &SceneDescription) -> Effects {
+    let mut effects = instant(scene);
+    for seconds in keys(scene) {
+        if let Ok(still) = scene.at(seconds) {
+            effects.join(instant(&still));
+        }
+    }
+    effects
+}
+
+/// Most instants that are looked at.
+const INSTANTS: usize = 64;
+
+/// The times of the keys that may bring effects or take them away; of very many some. What only moves calls for the same at all times.
+fn keys(scene: &SceneDescription) -> Vec<f64> {
+    let moves =
+        |target: &str| [".to_world", ".geometry"].iter().any(|part| target.contains(part)) || target.starts_with("animation.nodes.");
+    let tracks = scene.animation.iter().flat_map(|animation| &animation.tracks).filter(|track| !moves(&track.target));
+    let mut times: Vec<f64> = tracks.flat_map(|track| track.times.iter().copied()).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let step = times.len().div_ceil(INSTANTS).max(1);
+    times.into_iter().step_by(step).collect()
+}
+
+/// What one instant calls for.
+fn instant(scene: &SceneDescription) -> Effects {
     let mut effects = Effects::default();
     if let Camera::Perspective(camera) = &scene.camera
         && camera.lens_radius > 0.0
@@ -103,6 +131,17 @@ mod tests {
         assert_eq!(names(&of(&format!(r#""shapes": [{LIGHT}]"#), "")), ["area_lights"]);
         let unplaced = format!(r#""groups": {{ "a": [{}] }}, "shapes": []"#, ball("glass"));
         assert!(of(&unplaced, "").is_empty(), "a group that nothing places calls for nothing");
+    }
+
+    #[test]
+    fn a_scene_that_moves_calls_for_what_it_shows_at_any_time() {
+        let track = |target: &str, values: &str| format!(r#"{{ "target": "{target}", "times": [1, 2], "values": {values} }}"#);
+        let dark = LIGHT.replace('5', "0");
+        let tracks = [track("shapes[0].emission.radiance", "[0, 3]"), track("camera.perspective.lens_radius", "[0.1, 0.2]")].join(", ");
+        let effects = of(&format!(r#""shapes": [{dark}], "animation": {{ "tracks": [{tracks}] }}"#), "");
+        assert_eq!(names(&effects), ["area_lights", "depth_of_field"]);
+        assert_eq!(effects.because(Effect::DepthOfField), ["camera.perspective.lens_radius is 0.1 m"]);
+        assert!(of(&format!(r#""shapes": [{dark}]"#), "").is_empty());
     }
 
     #[test]

@@ -85,6 +85,13 @@ impl Effects {
         }
     }
 
+    /// Adds the effects of another set that are not in this one.
+    pub(super) fn join(&mut self, other: Effects) {
+        for (effect, reasons) in other.found {
+            self.found.entry(effect).or_insert(reasons);
+        }
+    }
+
     /// Whether the scene calls for it.
     pub fn has(&self, effect: Effect) -> bool {
         self.found.contains_key(&effect)
