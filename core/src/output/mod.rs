@@ -1,7 +1,9 @@
-//! Files: OpenEXR for what was measured, PNG for the eye.
+//! Files: OpenEXR for what was measured, PNG for the eye, animated PNG for moving pictures.
 
+pub mod apng;
 pub mod exr;
 pub mod png;
+pub mod sheet;
 
 /// Why an image file could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -12,9 +14,18 @@ pub enum Error {
     /// The PNG library refused.
     #[error("PNG: {0}")]
     Png(#[from] ::png::EncodingError),
+    /// No PNG file, or not one of eight bits in red, green and blue.
+    #[error("reading PNG: {0}")]
+    Unreadable(String),
     /// The finished file could not be handed on.
     #[error("writing: {0}")]
     Write(#[from] std::io::Error),
+    /// An animation that ended before its last frame.
+    #[error("the animation ended {missing} frames too early")]
+    Frames {
+        /// How many were to come.
+        missing: u32,
+    },
     /// A layer that the file does not have.
     #[error("the file has no channels {wanted}; it has {found}")]
     MissingChannels {

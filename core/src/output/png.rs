@@ -2,6 +2,7 @@
 
 use super::Error;
 use crate::film::Image;
+use crate::lattice::Extent;
 
 /// Encodes the first three channels (or one as grey) times `exposure`, clamped to [0, 1], by the exact sRGB curve. NaN is black.
 ///
@@ -18,13 +19,41 @@ pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>, Error> {
     for k in 0..extent.pixels() {
         pixels.extend(channels.map(|c| byte(image.plane(c)[k] * exposure)));
     }
+    encode_bytes(extent, &pixels)
+}
+
+/// Encodes bytes as they are: red, green and blue of each pixel, row by row.
+///
+/// # Errors
+/// If there are no pixels, or not as many bytes as they have.
+pub fn encode_bytes(extent: Extent, pixels: &[u8]) -> Result<Vec<u8>, Error> {
     let mut out = Vec::new();
     let mut encoder = ::png::Encoder::new(&mut out, extent.width, extent.height);
     encoder.set_color(::png::ColorType::Rgb);
     encoder.set_depth(::png::BitDepth::Eight);
     encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);
-    encoder.write_header()?.write_image_data(&pixels)?;
+    encoder.write_header()?.write_image_data(pixels)?;
     Ok(out)
+}
+
+/// Reads back what [`encode`] wrote: the size, and red, green and blue of each pixel, row by row.
+///
+/// # Errors
+/// If it is no such file.
+pub fn decode(file: &[u8]) -> Result<(Extent, Vec<u8>), Error> {
+    let unreadable = |fault: ::png::DecodingError| Error::Unreadable(fault.to_string());
+    let mut reader = ::png::Decoder::new(std::io::Cursor::new(file)).read_info().map_err(unreadable)?;
+    let Some(size) = reader.output_buffer_size() else { return Err(Error::Unreadable("it is too large".to_string())) };
+    let mut bytes = vec![0; size];
+    let info = reader.next_frame(&mut bytes).map_err(unreadable)?;
+    if (info.color_type, info.bit_depth) != (::png::ColorType::Rgb, ::png::BitDepth::Eight) {
+        return Err(Error::Unreadable(format!(
+            "found {:?} of {:?} bits, expected red, green and blue of eight",
+            info.color_type, info.bit_depth
+        )));
+    }
+    bytes.truncate(info.buffer_size());
+    Ok((Extent { width: info.width, height: info.height }, bytes))
 }
 
 /// The sRGB curve (IEC 61966-2-1), 0..=1 to 0..=1.
@@ -32,7 +61,14 @@ pub fn srgb(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::powf(linear, 1.0 / 2.4) - 0.055 }
 }
 
-fn byte(linear: f32) -> u8 {
+/// The inverse of the sRGB curve, of a byte.
+pub(super) fn linear(byte: u8) -> f32 {
+    let v = f32::from(byte) / 255.0;
+    if v <= 0.040_45 { v / 12.92 } else { libm::powf((v + 0.055) / 1.055, 2.4) }
+}
+
+/// The nearest byte on the sRGB curve.
+pub(super) fn byte(linear: f32) -> u8 {
     // NaN fails the comparison and becomes black.
     let value = if linear > 0.0 { srgb(linear.min(1.0)) } else { 0.0 };
     (value * 255.0 + 0.5) as u8
@@ -40,7 +76,8 @@ fn byte(linear: f32) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{Error, byte, encode};
+    use crate::film::Image;
     use crate::lattice::Extent;
 
     #[test]
@@ -52,11 +89,8 @@ mod tests {
 
     /// Width, height and bytes of a file.
     fn decoded(file: &[u8]) -> (u32, u32, Vec<u8>) {
-        let mut reader = ::png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
-        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-        let info = reader.next_frame(&mut bytes).unwrap();
-        assert_eq!((info.color_type, info.bit_depth), (::png::ColorType::Rgb, ::png::BitDepth::Eight));
-        (info.width, info.height, bytes)
+        let (extent, bytes) = super::decode(file).unwrap();
+        (extent.width, extent.height, bytes)
     }
 
     /// The inverse of the sRGB curve, in double precision.
