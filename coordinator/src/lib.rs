@@ -2,7 +2,7 @@
 //!
 //! `service` is the way in: it opens the state, runs the loop and hands out handles. `job` is the pure state machine of one job,
 //! `schedule` decides who gets what, `store` keeps what was acknowledged, `assemble` makes frames of results, `grpc` speaks to
-//! workers. `cli` and `api` are for people: the command line and HTTP, `plot` draws for both; `embedded` starts workers in this process.
+//! workers. `cli` and `api` are for people: the command line and HTTP, `plot` draws for both, `movie` is what is made of frames; `embedded` starts workers in this process.
 
 pub mod api;
 mod assemble;
@@ -13,6 +13,7 @@ pub mod embedded;
 pub mod error;
 mod grpc;
 pub mod job;
+pub mod movie;
 pub mod oidn;
 pub mod plot;
 pub mod request;

@@ -6,7 +6,7 @@ use reqwest::Method;
 
 use super::client::ServerOption;
 use super::error::Error;
-use super::files::Target;
+use super::files::FrameTarget;
 use super::terminal;
 use crate::api::json::{Accuracy, AccuracyPoint};
 use crate::plot::{self, number};
@@ -47,9 +47,9 @@ impl AccuracyCommand {
         match &output {
             Some(CurveTarget::Svg(target)) => {
                 let response = client.send(client.request(Method::GET, &format!("{path}.svg"))).await?;
-                target.write(&client.bytes(response).await?)?;
+                target.write(self.frame, &client.bytes(response).await?)?;
             }
-            Some(CurveTarget::Json(target)) => target.write(&encoded(&accuracy)?)?,
+            Some(CurveTarget::Json(target)) => target.write(self.frame, &encoded(&accuracy)?)?,
             None => {}
         }
         if self.json {
@@ -68,25 +68,35 @@ impl AccuracyCommand {
     }
 }
 
-/// A file for the curve.
+/// A file for the curve, or one for that of each frame.
 #[derive(Clone, Debug)]
 pub(super) enum CurveTarget {
     /// The plot.
-    Svg(Target),
+    Svg(FrameTarget),
     /// The numbers.
-    Json(Target),
+    Json(FrameTarget),
 }
 
 impl CurveTarget {
     /// Checks that the file may be written, and which form is wanted.
     ///
     /// # Errors
-    /// [`Error::Usage`] as [`Target::check`], and for any other name than `.svg` and `.json`.
+    /// [`Error::Usage`] as [`FrameTarget::check`], and for any other name than `.svg` and `.json`.
     pub(super) fn check(path: &Path) -> Result<Self, Error> {
         match path.extension().map(|extension| extension.to_ascii_lowercase()) {
-            Some(extension) if extension == "svg" => Ok(Self::Svg(Target::check(path)?)),
-            Some(extension) if extension == "json" => Ok(Self::Json(Target::check(path)?)),
+            Some(extension) if extension == "svg" => Ok(Self::Svg(FrameTarget::check(path)?)),
+            Some(extension) if extension == "json" => Ok(Self::Json(FrameTarget::check(path)?)),
             _ => Err(Error::Usage(format!("{} should end in .svg for a plot, or in .json for numbers", path.display()))),
+        }
+    }
+
+    /// Checks that there is a file for each of so many frames.
+    ///
+    /// # Errors
+    /// As [`FrameTarget::check_count`].
+    pub(super) fn check_count(&self, count: u32) -> Result<(), Error> {
+        match self {
+            Self::Svg(target) | Self::Json(target) => target.check_count(count),
         }
     }
 
@@ -96,10 +106,10 @@ impl CurveTarget {
     /// If there is nothing to plot, or the file cannot be written.
     pub(super) fn write(&self, view: &AccuracyView) -> Result<(), Error> {
         match self {
-            Self::Json(target) => target.write(&encoded(&Accuracy::from(view))?),
+            Self::Json(target) => target.write(view.frame, &encoded(&Accuracy::from(view))?),
             Self::Svg(target) => {
                 let plot = plot::accuracy(&view.name, view.frame, &view.curve, &view.stop).to_svg();
-                target.write(plot.map_err(|fault| Error::Failed(fault.to_string()))?.as_bytes())
+                target.write(view.frame, plot.map_err(|fault| Error::Failed(fault.to_string()))?.as_bytes())
             }
         }
     }

@@ -10,13 +10,13 @@ use gradfarm_core::plan::{ReconstructionKind, Request, Technique};
 use gradfarm_core::scene::Loaded;
 
 use super::error::Error;
-use super::local::{LocalDone, LocalJob};
+use super::local::LocalJob;
 use super::method::Method;
 use super::peer::Mitsuba;
 use super::progress::Progress;
 use crate::embedded;
 use crate::request;
-use crate::service::Submission;
+use crate::service::{Frames, Submission};
 use crate::study::{Measured, MethodStudy, Run, SceneStudy};
 
 /// What is compared on one scene.
@@ -167,14 +167,17 @@ impl Contest<'_> {
     async fn render_here(&self, method: &Method, samples: u32, seed: u64, what: &str) -> Result<Rendered, Error> {
         let request = method.request(Request { samples: Some(samples), extent: Some(self.size), seed, ..Request::default() });
         let threads = embedded::threads(2, None);
-        let job = LocalJob { name: self.name.clone(), loaded: self.loaded, request, tile: Submission::TILE / 2, threads: &threads };
+        let (name, frames) = (self.name.clone(), Frames::default());
+        let job = LocalJob { name, loaded: self.loaded, request, frames, tile: Submission::TILE / 2, threads: &threads };
         let progress = Progress::new(&format!("{} {method}, {what}", self.name));
-        let done = job.run(&progress).await?;
-        let seconds = done.view.seconds;
+        let mut image = None;
+        let view = job.run(&progress, |frame| Ok(image = Some(decode(&frame.exr)?))).await?;
+        let image = image.ok_or_else(|| Error::Failed("the job has no frame".to_owned()))?;
+        let seconds = view.seconds;
         let threads = threads.iter().sum::<usize>().max(1) as f64;
         let cost = Cost { tracing: seconds.render / threads, fixed: seconds.stitch + seconds.reconstruct };
-        let told = done.view.frames.first().and_then(|frame| frame.estimated_relmse);
-        Ok(Rendered { image: image(&done)?, cost, told })
+        let told = view.frames.first().and_then(|frame| frame.estimated_relmse);
+        Ok(Rendered { image, cost, told })
     }
 }
 
@@ -195,8 +198,8 @@ fn measured(rendered: &Rendered, reference: &Image, samples: u32, seed: u64) -> 
     })
 }
 
-fn image(done: &LocalDone) -> Result<Image, Error> {
-    exr::read_rgb(&done.exr).map_err(|fault| Error::Failed(fault.to_string()))
+fn decode(file: &[u8]) -> Result<Image, Error> {
+    exr::read_rgb(file).map_err(|fault| Error::Failed(fault.to_string()))
 }
 
 /// Reads a reference of this size.

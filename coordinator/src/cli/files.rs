@@ -3,7 +3,10 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
+
 use super::error::Error;
+use crate::movie::pattern::{FileName, FramePattern};
 
 /// A file that will be written when the work is done.
 #[derive(Clone, Debug)]
@@ -18,6 +21,12 @@ pub(super) struct ImageTarget {
     pub exr: Target,
     /// The same for quick viewers.
     pub png: Target,
+}
+
+/// A file, or one for each frame.
+#[derive(Clone, Debug)]
+pub(super) struct FrameTarget {
+    name: FileName,
 }
 
 impl Target {
@@ -66,15 +75,96 @@ impl Target {
     }
 
     fn try_write(&self, bytes: &[u8]) -> std::io::Result<()> {
+        let mut file = self.try_begin()?;
+        file.write_all(bytes)?;
+        self.try_finish(file)
+    }
+
+    /// A file under another name in the same folder, for what is written piece by piece.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn begin(&self) -> Result<NamedTempFile, Error> {
+        self.try_begin().map_err(|source| Error::Write { path: self.path.clone(), source })
+    }
+
+    /// Gives the finished file its name.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn finish(&self, file: NamedTempFile) -> Result<(), Error> {
+        self.try_finish(file).map_err(|source| Error::Write { path: self.path.clone(), source })
+    }
+
+    fn try_begin(&self) -> std::io::Result<NamedTempFile> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".gradfarm-");
         // Temporary files are private by default; an image should be as readable as the user's other files.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = builder.tempfile_in(folder_of(&self.path))?;
-        file.write_all(bytes)?;
+        builder.tempfile_in(folder_of(&self.path))
+    }
+
+    fn try_finish(&self, file: NamedTempFile) -> std::io::Result<()> {
         file.as_file().sync_all()?;
         file.persist(&self.path).map(drop).map_err(|fault| fault.error)
+    }
+}
+
+impl FrameTarget {
+    /// Checks that the file may be written, or those of all frames: a name with one `%d` or such as `%04d` stands for a file each.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] as [`Target::check`], and for any other percent sign.
+    pub(super) fn check(path: &Path) -> Result<Self, Error> {
+        let name = FileName::parse(path).map_err(Error::Usage)?;
+        let target = Self { name };
+        Target::check(&target.path(0))?;
+        Ok(target)
+    }
+
+    /// Checks that there is a file for each of so many frames.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with a name that would do.
+    pub(super) fn check_count(&self, count: u32) -> Result<(), Error> {
+        match &self.name {
+            FileName::Single(path) if count > 1 => Err(Error::Usage(format!(
+                "{} is one file and there are {count} frames: {} would be a file for each, --frames takes fewer",
+                path.display(),
+                FramePattern::suggested(path).display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether each frame has a file of its own.
+    pub(super) fn is_numbered(&self) -> bool {
+        matches!(self.name, FileName::Numbered(_))
+    }
+
+    /// The path of a frame's file.
+    pub(super) fn path(&self, frame: u32) -> PathBuf {
+        match &self.name {
+            FileName::Single(path) => path.clone(),
+            FileName::Numbered(pattern) => pattern.path(frame),
+        }
+    }
+
+    /// Writes the file of a frame.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn write(&self, frame: u32, bytes: &[u8]) -> Result<(), Error> {
+        Target { path: self.path(frame) }.write(bytes)
+    }
+
+    /// Writes what stands beside the file of a frame under the same name but for its end.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn write_beside(&self, frame: u32, extension: &str, bytes: &[u8]) -> Result<(), Error> {
+        Target { path: self.path(frame).with_extension(extension) }.write(bytes)
     }
 }
 
@@ -108,5 +198,20 @@ mod tests {
         target.write(b"new one").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new one");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn every_frame_has_a_file_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = FrameTarget::check(&folder.path().join("a.%03d.exr")).unwrap();
+        assert!(target.check_count(9).is_ok() && target.is_numbered());
+        target.write(7, b"seven").unwrap();
+        target.write_beside(7, "png", b"beside").unwrap();
+        assert_eq!(std::fs::read(folder.path().join("a.007.exr")).unwrap(), b"seven");
+        assert_eq!(std::fs::read(folder.path().join("a.007.png")).unwrap(), b"beside");
+        let single = FrameTarget::check(&folder.path().join("b.exr")).unwrap();
+        assert!(single.check_count(1).is_ok());
+        let fault = single.check_count(2).unwrap_err().to_string();
+        assert!(fault.contains("there are 2 frames") && fault.contains("b.%04d.exr"), "{fault}");
     }
 }

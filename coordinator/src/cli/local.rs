@@ -1,12 +1,14 @@
 //! One job on a farm of its own, in this process: what `render` does once and `study` many times.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use bytes::Bytes;
 use futures::StreamExt;
 use gradfarm_core::plan::Request;
 use gradfarm_core::scene::Loaded;
 
+use super::batch::Batch;
 use super::error::Error;
 use super::progress::Progress;
 use super::scene;
@@ -23,17 +25,19 @@ pub(super) struct LocalJob<'a> {
     pub(super) loaded: &'a Loaded,
     /// What to ask of the renderer.
     pub(super) request: Request,
+    /// Which frames.
+    pub(super) frames: Frames,
     /// Edge of the tiles [pixels].
     pub(super) tile: u32,
     /// Rendering threads of each worker.
     pub(super) threads: &'a [usize],
 }
 
-/// A job that was done.
+/// A frame that was done.
 #[derive(Clone, Debug)]
-pub(super) struct LocalDone {
-    /// What the coordinator knows of it.
-    pub(super) view: JobView,
+pub(super) struct FrameDone {
+    /// Its number.
+    pub(super) number: u32,
     /// Its EXR file.
     pub(super) exr: Bytes,
     /// Its PNG file.
@@ -45,33 +49,29 @@ pub(super) struct LocalDone {
 }
 
 impl LocalJob<'_> {
-    /// Starts the farm, does the job, stops the farm.
+    /// Starts the farm, does the job, stops the farm. Each frame is handed over when it is done, while others are rendered.
     ///
     /// # Errors
-    /// If the job fails or is interrupted, or the farm breaks.
-    pub(super) async fn run(&self, progress: &Progress) -> Result<LocalDone, Error> {
+    /// If the job fails or is interrupted, the farm breaks, or a frame is not taken.
+    pub(super) async fn run(&self, progress: &Progress, each: impl FnMut(FrameDone) -> Result<(), Error>) -> Result<JobView, Error> {
         let state = tempfile::Builder::new().prefix("gradfarm-").tempdir();
         let state = state.map_err(|source| Error::Write { path: std::env::temp_dir(), source })?;
         let mut farm = Farm::start_for_one_job(state.path().to_path_buf(), self.threads).await?;
         let handle = farm.handle();
         let job = async {
             let job = self.submit(&handle).await?;
-            follow(&handle, job, progress).await
+            Following { handle: &handle, job, missing: self.frames.range().collect(), each }.follow(progress, self.frames).await
         };
         let ended = tokio::select! {
             ended = job => ended,
             reason = farm.broken() => Err(Error::Failed(reason)),
             _ = tokio::signal::ctrl_c() => Err(Error::Interrupted),
         };
-        let done = match ended {
-            Ok(view) => files(&handle, view).await,
-            Err(error) => Err(error),
-        };
         // The farm goes first, so that it no longer writes into the folder that goes next.
         let stopped = farm.stop().await;
-        let done = done?;
+        let view = ended?;
         stopped?;
-        Ok(done)
+        Ok(view)
     }
 
     async fn submit(&self, handle: &Handle) -> Result<JobId, Error> {
@@ -86,7 +86,7 @@ impl LocalJob<'_> {
             assets,
             request: self.request.clone(),
             tile: self.tile,
-            frames: Frames::default(),
+            frames: self.frames,
             priority: 0,
             client_token: None,
         };
@@ -94,33 +94,53 @@ impl LocalJob<'_> {
     }
 }
 
-/// Shows progress until the job is done.
-async fn follow(handle: &Handle, job: JobId, progress: &Progress) -> Result<JobView, Error> {
-    let mut events = handle.subscribe(job).await?;
-    while let Some(event) = events.next().await {
-        match event {
-            JobEvent::Progress { samples, .. } => {
-                progress.show(samples.done, samples.total);
-            }
-            JobEvent::Frame { state: FrameState::Rendering, .. } => progress.say("rendering"),
-            JobEvent::Accuracy { point, target, seconds_left, .. } => progress.say_error(&point.error, target, seconds_left),
-            JobEvent::Frame { state: FrameState::Assembling, .. } => progress.say("assembling"),
-            JobEvent::State { state: JobState::Done, .. } => break,
-            JobEvent::State { state, error } if state.is_final() => {
-                let reason = error.unwrap_or_else(|| "no reason was given".to_owned());
-                return Err(Error::Job(format!("the job is {}: {reason}", state.name())));
-            }
-            JobEvent::State { .. } | JobEvent::Frame { .. } | JobEvent::Tile { .. } | JobEvent::Window { .. } => {}
-        }
-    }
-    Ok(handle.get(job).await?)
+/// A job on its way.
+struct Following<'a, F> {
+    handle: &'a Handle,
+    job: JobId,
+    /// Frames that were not handed over yet.
+    missing: BTreeSet<u32>,
+    each: F,
 }
 
-async fn files(handle: &Handle, view: JobView) -> Result<LocalDone, Error> {
-    let (job, frame) = (view.summary.id, Frames::default().first);
-    let exr = handle.frame_file(job, frame, FileKind::Exr).await?;
-    let png = handle.frame_file(job, frame, FileKind::Png).await?;
-    let statistics = handle.frame_file(job, frame, FileKind::Statistics).await?;
-    let accuracy = handle.accuracy(job, frame).await?;
-    Ok(LocalDone { view, exr, png, statistics, accuracy })
+impl<F: FnMut(FrameDone) -> Result<(), Error>> Following<'_, F> {
+    /// Shows progress and hands frames over until the job is done.
+    async fn follow(&mut self, progress: &Progress, frames: Frames) -> Result<JobView, Error> {
+        let mut batch = Batch::new(frames.range());
+        let mut events = self.handle.subscribe(self.job).await?;
+        while let Some(event) = events.next().await {
+            match event {
+                JobEvent::Progress { samples, .. } => progress.show(samples.done, samples.total),
+                JobEvent::Accuracy { point, target, seconds_left, .. } => progress.say_error(&point.error, target, seconds_left),
+                JobEvent::Frame { frame, end, state } => {
+                    batch.set(frame..end, state);
+                    progress.say(&batch.told());
+                    if state == FrameState::Done {
+                        self.hand_over(frame..end).await?;
+                    }
+                }
+                JobEvent::State { state: JobState::Done, .. } => break,
+                JobEvent::State { state, error } if state.is_final() => {
+                    let reason = error.unwrap_or_else(|| "no reason was given".to_owned());
+                    return Err(Error::Job(format!("the job is {}: {reason}", state.name())));
+                }
+                JobEvent::State { .. } | JobEvent::Tile { .. } | JobEvent::Window { .. } => {}
+            }
+        }
+        // Events may be lost where there are many of them.
+        self.hand_over(frames.range()).await?;
+        Ok(self.handle.get(self.job).await?)
+    }
+
+    async fn hand_over(&mut self, frames: Range<u32>) -> Result<(), Error> {
+        let (handle, job) = (self.handle, self.job);
+        while let Some(number) = self.missing.range(frames.clone()).next().copied() {
+            let file = |kind| handle.frame_file(job, number, kind);
+            let (exr, png, statistics) = (file(FileKind::Exr).await?, file(FileKind::Png).await?, file(FileKind::Statistics).await?);
+            let accuracy = handle.accuracy(job, number).await?;
+            self.missing.remove(&number);
+            (self.each)(FrameDone { number, exr, png, statistics, accuracy })?;
+        }
+        Ok(())
+    }
 }

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. Commands check everything they can before they start to work.
 
 mod accuracy;
+mod batch;
 mod cancel;
 mod client;
 mod compare;
@@ -13,6 +14,7 @@ mod local;
 mod measured;
 mod method;
 mod options;
+mod outputs;
 mod pause;
 mod peer;
 mod plan;

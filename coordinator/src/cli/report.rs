@@ -1,18 +1,20 @@
 //! Where the time of a render went.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use gradfarm_core::film::Counter;
+use gradfarm_core::plan::Timeline;
 use serde::Serialize;
 
 use super::accuracy;
 use super::error::Error;
-use super::local::LocalDone;
+use super::outputs::FrameWriter;
 use super::progress::rate;
 use super::terminal;
-use crate::api::json::{Accuracy, Job, PlanView};
+use crate::api::json::{Accuracy, Frame, Job, Moment, PlanView};
+use crate::service::{AccuracyView, JobView};
 
 /// The spans that this process measures itself.
 #[derive(Clone, Copy, Debug)]
@@ -46,9 +48,42 @@ pub(super) struct Report {
     workers: usize,
     threads: usize,
     seconds: Phases,
-    accuracy: Accuracy,
-    exr: PathBuf,
-    png: PathBuf,
+    /// Of the only frame.
+    accuracy: Option<Accuracy>,
+    files: Files,
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub(super) struct Files {
+    /// As it was asked for.
+    names: Vec<PathBuf>,
+    /// The EXR file of each frame, where there are such.
+    exr: BTreeMap<u32, PathBuf>,
+}
+
+impl Files {
+    /// What this writer writes.
+    pub(super) fn of(writer: &FrameWriter) -> Self {
+        let exr = writer.frames().range().filter_map(|frame| Some((frame, writer.exr_path(frame)?))).collect();
+        Self { names: writer.names().to_vec(), exr }
+    }
+
+    /// The image, of several frames what was asked for first.
+    fn output(&self) -> PathBuf {
+        let only = if self.exr.len() == 1 { self.exr.values().next() } else { None };
+        only.or(self.names.first()).cloned().unwrap_or_default()
+    }
+
+    /// What quick viewers can show of it.
+    fn preview(&self) -> PathBuf {
+        let output = self.output();
+        if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
+            output.with_extension("png")
+        } else {
+            output
+        }
+    }
 }
 
 /// Spans of wall-clock time, one after the other [s]; what they leave of `total` is start-up and waiting.
@@ -84,22 +119,39 @@ pub(super) struct ReportJson<'a> {
     plan: PlanView,
     estimated_relmse: Option<f64>,
     choice: Option<&'a str>,
-    accuracy: &'a Accuracy,
+    /// Of the only frame; of several each has its error below.
+    accuracy: Option<&'a Accuracy>,
+    frames: Vec<FrameJson<'a>>,
     statistics: &'a BTreeMap<String, u64>,
     workers: usize,
     threads: usize,
     output: String,
     preview: String,
+    outputs: Vec<String>,
     version: &'static str,
 }
 
+/// What programs read of a frame.
+#[derive(Debug, Serialize)]
+struct FrameJson<'a> {
+    number: u32,
+    /// The frames that show the same image.
+    moment: Option<Moment>,
+    samples: u32,
+    estimated_relmse: Option<f64>,
+    choice: Option<&'a str>,
+    stopped: Option<&'a str>,
+    output: Option<String>,
+}
+
 impl Report {
-    /// Puts together what the job and this process measured. `threads` has one entry for each worker.
-    pub(super) fn new(done: &LocalDone, threads: &[usize], clock: Clock, exr: &Path, png: &Path) -> Self {
-        let (view, measured) = (&done.view, done.view.seconds);
-        let points = &done.accuracy.curve.points;
-        // The last check made the image.
-        let check: f64 = points.iter().rev().skip(1).map(|point| point.check_seconds).sum();
+    /// Puts together what the job and this process measured, with the accuracy of every frame. `threads` has one entry for each worker.
+    pub(super) fn new(view: JobView, frames: &[AccuracyView], threads: &[usize], clock: Clock, files: Files) -> Self {
+        let measured = view.seconds;
+        // Frames of one moment were checked once. The last check of each made the image.
+        let moments: BTreeSet<u32> = view.frames.iter().map(|frame| frame.moment.first).collect();
+        let checked = frames.iter().filter(|frame| moments.contains(&frame.frame));
+        let check: f64 = checked.flat_map(|frame| frame.curve.points.iter().rev().skip(1)).map(|point| point.check_seconds).sum();
         // Workers load and build at the same time as each other, and trace only then.
         let workers = threads.len().max(1) as f64;
         let (load, build) = (measured.load / workers, measured.compile / workers);
@@ -114,13 +166,12 @@ impl Report {
             total: clock.started.elapsed().as_secs_f64(),
         };
         Self {
-            job: view.clone().into(),
+            job: view.into(),
             workers: threads.len(),
             threads: threads.iter().sum(),
             seconds,
-            accuracy: (&done.accuracy).into(),
-            exr: exr.to_path_buf(),
-            png: png.to_path_buf(),
+            accuracy: if let [only] = frames { Some(only.into()) } else { None },
+            files,
         }
     }
 
@@ -134,12 +185,34 @@ impl Report {
         self.job.frames.first().map_or(self.job.plan.samples, |frame| frame.samples_per_pixel)
     }
 
+    /// Mean over the frames, where each can tell.
     fn estimated_relmse(&self) -> Option<f64> {
-        self.job.frames.first().and_then(|frame| frame.estimated_relmse)
+        let errors: Option<Vec<f64>> = self.job.frames.iter().map(|frame| frame.estimated_relmse).collect();
+        errors.filter(|errors| !errors.is_empty()).map(|errors| errors.iter().sum::<f64>() / errors.len() as f64)
     }
 
     fn choice(&self) -> Option<&str> {
         self.job.frames.first().and_then(|frame| frame.choice.as_deref())
+    }
+
+    fn frames(&self) -> Vec<FrameJson<'_>> {
+        let told = |frame: &'_ Frame| self.files.exr.get(&frame.number).map(|path| path.display().to_string());
+        let frames = self.job.frames.iter().map(|frame| FrameJson {
+            number: frame.number,
+            moment: frame.moment,
+            samples: frame.samples_per_pixel,
+            estimated_relmse: frame.estimated_relmse,
+            choice: frame.choice.as_deref(),
+            stopped: frame.stopped.as_deref(),
+            output: told(frame),
+        });
+        frames.collect()
+    }
+
+    /// How many images were rendered for the frames: those that show the same share one.
+    fn moments(&self) -> usize {
+        let first = |frame: &Frame| frame.moment.map_or(frame.number, |moment| moment.first);
+        self.job.frames.iter().map(first).collect::<BTreeSet<_>>().len()
     }
 
     /// For programs.
@@ -152,12 +225,14 @@ impl Report {
             plan: PlanView { samples: self.samples(), ..self.job.plan.clone() },
             estimated_relmse: self.estimated_relmse(),
             choice: self.choice(),
-            accuracy: &self.accuracy,
+            accuracy: self.accuracy.as_ref(),
+            frames: self.frames(),
             statistics: &self.job.statistics,
             workers: self.workers,
             threads: self.threads,
-            output: self.exr.display().to_string(),
-            preview: self.png.display().to_string(),
+            output: self.files.output().display().to_string(),
+            preview: self.files.preview().display().to_string(),
+            outputs: self.files.names.iter().map(|name| name.display().to_string()).collect(),
             version: env!("CARGO_PKG_VERSION"),
         }
     }
@@ -165,6 +240,12 @@ impl Report {
     /// For people.
     pub(super) fn print(&self) -> Result<(), Error> {
         let plan = &self.job.plan;
+        let frames = self.job.frames.len();
+        if frames > 1 {
+            let (moments, fps) = (self.moments(), plan.timeline.map_or(Timeline::FPS, |timeline| timeline.fps));
+            let shown = if moments < frames { format!(", which show {}", plural(moments, "moment")) } else { String::new() };
+            terminal::line(format_args!("{frames} frames{shown}, {fps} a second"))?;
+        }
         terminal::line(format_args!(
             "{} × {} pixels, {} samples each, {}, reconstruction {}, {} on {}",
             plan.width,
@@ -196,8 +277,18 @@ impl Report {
         if let Some(choice) = self.choice() {
             terminal::line(format_args!("reconstruction {choice}"))?;
         }
-        accuracy::lines(&self.accuracy).into_iter().try_for_each(terminal::line)?;
-        terminal::line(format_args!("{} and {}", self.exr.display(), self.png.display()))
+        if let Some(accuracy) = &self.accuracy {
+            accuracy::lines(accuracy).into_iter().try_for_each(terminal::line)?;
+        } else if let Some(error) = self.estimated_relmse() {
+            terminal::line(format_args!("estimated relMSE {error:.2e}, mean of all frames"))?;
+        }
+        let beside = |path: &PathBuf| match path.extension() {
+            Some(extension) if extension.eq_ignore_ascii_case("exr") => {
+                format!("{} and {}", path.display(), path.with_extension("png").display())
+            }
+            _ => path.display().to_string(),
+        };
+        terminal::line(self.files.names.iter().map(beside).collect::<Vec<_>>().join("\n"))
     }
 }
 
