@@ -14,7 +14,9 @@ fn nonsense_is_bad_input() {
         (vec!["render", "a.json", "-o", "a.exr", "--technique", "magic"], "possible values: auto, pt, gpt"),
         (vec!["render", "a.json", "-o", "a.exr", "--size", "12"], "such as 640x480"),
         (vec!["render", "a.json", "-o", "a.exr", "--workers", "0"], "1.."),
-        (vec!["render", "a.json", "-o", "a.png"], "should end in .exr"),
+        (vec!["render", "a.json", "-o", "a.jpg"], "should end in .exr"),
+        (vec!["render", "a.json"], "nothing would be written"),
+        (vec!["render", "a.json", "-o", "a%d%d.exr"], "expected exactly one %d"),
         (vec!["serve", "--listen", "0.0.0.0:7700"], "neither encryption nor authentication"),
         (vec!["status", "--server", "ftp://127.0.0.1"], "http://"),
     ] {

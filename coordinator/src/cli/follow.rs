@@ -1,5 +1,6 @@
 //! Follows a job on a coordinator until it ends, over server-sent events. A coordinator that goes away is waited for.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use futures::StreamExt;
@@ -7,11 +8,14 @@ use reqwest::{Method, Response};
 use serde_json::{Map, Value};
 
 use super::accuracy::measured;
+use super::batch::Batch;
 use super::client::Client;
 use super::error::Error;
 use super::progress::Progress;
+use super::pull::{self, Puller};
 use super::terminal;
-use crate::api::json::{Event, is_final};
+use crate::api::json::{Event, Job, is_final};
+use crate::job::FrameState;
 
 /// How long a coordinator may be away before it is given up.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -27,18 +31,19 @@ pub(super) enum Telling {
     Json,
 }
 
-/// Follows `job` until it is done.
+/// Follows `job` until it is done. Frames that become ready are fetched on the way, if somebody wants them.
 ///
 /// # Errors
-/// [`Error::Job`] if it failed or was cancelled, [`Error::Unreachable`] if the coordinator stays away.
-pub(super) async fn follow(client: &Client, job: &str, telling: Telling) -> Result<(), Error> {
+/// [`Error::Job`] if it failed or was cancelled, [`Error::Unreachable`] if the coordinator stays away; those of the puller.
+pub(super) async fn follow(client: &Client, job: &str, telling: Telling, mut puller: Option<&mut Puller>) -> Result<(), Error> {
     let progress = match telling {
         Telling::Bar => Some(Progress::new("waiting")),
         Telling::Json => None,
     };
+    let mut batch = None;
     let mut gone_since: Option<Instant> = None;
     loop {
-        let fault = match listen(client, job, progress.as_ref()).await {
+        let fault = match listen(client, job, progress.as_ref(), &mut batch, puller.as_deref_mut()).await {
             Ok(Some(ended)) => return ended,
             Ok(None) => {
                 gone_since = None;
@@ -58,17 +63,38 @@ pub(super) async fn follow(client: &Client, job: &str, telling: Telling) -> Resu
 }
 
 /// Listens once: how the job ended, or `None` if the stream broke before it did.
-async fn listen(client: &Client, job: &str, progress: Option<&Progress>) -> Result<Option<Result<(), Error>>, Error> {
+async fn listen(
+    client: &Client,
+    job: &str,
+    progress: Option<&Progress>,
+    batch: &mut Option<Batch>,
+    mut puller: Option<&mut Puller>,
+) -> Result<Option<Result<(), Error>>, Error> {
+    // Asked after the stream began, so that no change falls between.
     let response = client.send(client.request(Method::GET, &format!("/jobs/{job}/events"))).await?;
     let mut events = Events::new(response);
+    let known: Job = client.get(&format!("/jobs/{job}")).await?;
+    let batch = batch.get_or_insert_with(|| Batch::new(pull::all(&known).range()));
+    for frame in &known.frames {
+        let Some(state) = state(&frame.state) else { continue };
+        batch.set(frame.number..frame.number + 1, state);
+        if let (FrameState::Done, Some(puller)) = (state, puller.as_deref_mut()) {
+            puller.ready(frame.number..frame.number + 1).await?;
+        }
+    }
     let mut last = None;
     while let Some(event) = events.next().await {
         if let Event::Accuracy { frame, point, .. } = &event {
             last = Some(format!("frame {frame}: {}", measured(point)));
         }
         match progress {
-            Some(progress) => show(progress, &event),
+            Some(progress) => show(progress, batch, &event),
             None => terminal::json(&event)?,
+        }
+        if let (Event::Frame { frame, end, state }, Some(puller)) = (&event, puller.as_deref_mut())
+            && state == FrameState::Done.name()
+        {
+            puller.ready(span(*frame, *end)).await?;
         }
         if let Event::State { state, error } = event
             && is_final(&state)
@@ -84,11 +110,25 @@ async fn listen(client: &Client, job: &str, progress: Option<&Progress>) -> Resu
     Ok(None)
 }
 
-fn show(progress: &Progress, event: &Event) {
+/// The frames that an event is about; older coordinators tell of one at a time.
+fn span(frame: u32, end: u32) -> Range<u32> {
+    frame..end.max(frame.saturating_add(1))
+}
+
+fn state(name: &str) -> Option<FrameState> {
+    FrameState::ALL.into_iter().find(|state| state.name() == name)
+}
+
+fn show(progress: &Progress, batch: &mut Batch, event: &Event) {
     match event {
         Event::State { state, .. } => progress.say(state),
         Event::Progress { samples, .. } => progress.show(samples.done, samples.total),
-        Event::Frame { state, .. } => progress.say(state),
+        Event::Frame { frame, end, state } => {
+            if let Some(state) = self::state(state) {
+                batch.set(span(*frame, *end), state);
+            }
+            progress.say(&batch.told());
+        }
         Event::Accuracy { point, target, seconds_left, .. } => progress.say_error(&point.error.into(), *target, *seconds_left),
         Event::Tile { .. } | Event::Window(_) => {}
     }

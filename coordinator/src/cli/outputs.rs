@@ -115,20 +115,29 @@ fn extension(path: &Path) -> String {
 }
 
 impl Outputs {
+    /// Checks that there is room for so many frames.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if a single file would have to hold several images, with a name that would do.
+    pub(super) fn check_count(&self, count: u32) -> Result<(), Error> {
+        self.outputs.iter().try_for_each(|output| match output {
+            Output::Images(target, _) => target.check_count(count),
+            Output::Png(_) | Output::Movie(..) | Output::Sheet(..) => Ok(()),
+        })
+    }
+
     /// Gets ready for these frames, so many a second.
     ///
     /// # Errors
     /// If a single file would have to hold several images; if ffmpeg does not start.
     pub(super) fn open(self, frames: Frames, fps: f64) -> Result<FrameWriter, Error> {
+        self.check_count(frames.count)?;
         let names = self.outputs.iter().map(Output::name).collect();
         let mut images = Vec::new();
         let mut reels = Vec::new();
         for output in self.outputs {
             match output {
-                Output::Images(target, _) => {
-                    target.check_count(frames.count)?;
-                    images.push(target);
-                }
+                Output::Images(target, _) => images.push(target),
                 Output::Png(target) => {
                     reels.push(Reel { film: Film::Png { still: frames.count == 1, apng: None }, file: target.begin()?, target })
                 }
@@ -209,6 +218,15 @@ impl FrameWriter {
         &self.names
     }
 
+    /// The same for people: what stands beside it is named, too.
+    pub(super) fn written(&self) -> String {
+        let beside = |path: &PathBuf| match extension(path).as_str() {
+            "exr" => format!("{} and {}", path.display(), path.with_extension("png").display()),
+            _ => path.display().to_string(),
+        };
+        self.names.iter().map(beside).collect::<Vec<_>>().join(", ")
+    }
+
     /// The EXR file of a frame, where there is one.
     pub(super) fn exr_path(&self, frame: u32) -> Option<PathBuf> {
         self.images.first().map(|target| target.path(frame))
@@ -286,5 +304,81 @@ impl Reel {
             }
         }
         target.finish(file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gradfarm_core::film::Image;
+    use gradfarm_core::lattice::Extent;
+
+    fn options(output: &[&Path], contact_sheet: Option<&Path>) -> OutputOptions {
+        let output = output.iter().map(|path| path.to_path_buf()).collect();
+        OutputOptions { output, contact_sheet: contact_sheet.map(Path::to_path_buf), columns: ContactSheet::COLUMNS }
+    }
+
+    /// A grey picture of 8 × 6 pixels.
+    fn picture(grey: f32) -> Bytes {
+        let extent = Extent { width: 8, height: 6 };
+        let image = Image::from_planes(extent, 1, vec![grey; extent.pixels()]).unwrap();
+        png::encode(&image, 1.0).unwrap().into()
+    }
+
+    #[test]
+    fn frames_in_any_order_make_files_at_once_and_a_movie_in_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let outputs = options(&[&at("a.%02d.exr"), &at("a.png")], Some(&at("sheet.png"))).check().unwrap().unwrap();
+        let mut writer = outputs.open(Frames { first: 5, count: 3 }, 24.0).unwrap();
+        for (number, grey) in [(7, 1.0), (5, 0.0), (6, 0.214_041_14)] {
+            writer.write(number, &number.to_le_bytes(), &picture(grey)).unwrap();
+            assert_eq!(std::fs::read(at(&format!("a.{number:02}.exr"))).unwrap(), number.to_le_bytes());
+            assert!(at(&format!("a.{number:02}.png")).exists() && !at("a.png").exists());
+        }
+        writer.finish().unwrap();
+        let sheet = png::decode(&std::fs::read(at("sheet.png")).unwrap()).unwrap();
+        assert_eq!(sheet.0, Extent { width: 4 + 2 * 12, height: 4 + 2 * 10 });
+        // A still decoder sees the first frame.
+        let (extent, pixels) = png::decode(&std::fs::read(at("a.png")).unwrap()).unwrap();
+        assert_eq!((extent, pixels[0]), (Extent { width: 8, height: 6 }, 0));
+        assert_eq!([sheet.0.index(4, 4), sheet.0.index(16, 4), sheet.0.index(4, 14)].map(|at| sheet.1[3 * at]), [0, 128, 255]);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 8, "nothing else is left");
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_told_before_any_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for (name, part) in [
+            ("a.jpg", "should end in .exr"),
+            ("a", "should end in .exr"),
+            ("a.%04d.png", "a.%04d.exr"),
+            ("a.%4d.exr", "expected exactly one %d"),
+            ("nowhere/a.png", "does not exist"),
+        ] {
+            let fault = options(&[&at(name)], None).check().unwrap_err().to_string();
+            assert!(fault.contains(part), "{name}: {fault}");
+        }
+        assert!(options(&[], Some(&at("a.exr"))).check().is_err());
+        assert!(options(&[], None).check().unwrap().is_none() && options(&[], None).check_some().is_err());
+        let single = options(&[&at("a.exr")], None).check_some().unwrap();
+        let fault = single.open(Frames { first: 0, count: 2 }, 24.0).unwrap_err().to_string();
+        assert!(fault.contains("a.%04d.exr"), "{fault}");
+    }
+
+    #[test]
+    fn a_single_frame_makes_a_still_picture_and_a_missing_one_no_movie() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let open = |count| options(&[&path], None).check_some().unwrap().open(Frames { first: 3, count }, 24.0).unwrap();
+        let mut writer = open(1);
+        writer.write(3, b"", &picture(0.5)).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), picture(0.5));
+        let mut writer = open(2);
+        writer.write(4, b"", &picture(0.5)).unwrap();
+        assert!(writer.finish().unwrap_err().to_string().contains("frame 3 never came"));
+        assert_eq!(std::fs::read(&path).unwrap(), picture(0.5), "the old file stays");
     }
 }

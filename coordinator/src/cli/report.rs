@@ -58,6 +58,8 @@ pub(super) struct Report {
 pub(super) struct Files {
     /// As it was asked for.
     names: Vec<PathBuf>,
+    /// The same for people.
+    written: String,
     /// The EXR file of each frame, where there are such.
     exr: BTreeMap<u32, PathBuf>,
 }
@@ -66,7 +68,7 @@ impl Files {
     /// What this writer writes.
     pub(super) fn of(writer: &FrameWriter) -> Self {
         let exr = writer.frames().range().filter_map(|frame| Some((frame, writer.exr_path(frame)?))).collect();
-        Self { names: writer.names().to_vec(), exr }
+        Self { names: writer.names().to_vec(), written: writer.written(), exr }
     }
 
     /// The image, of several frames what was asked for first.
@@ -282,13 +284,7 @@ impl Report {
         } else if let Some(error) = self.estimated_relmse() {
             terminal::line(format_args!("estimated relMSE {error:.2e}, mean of all frames"))?;
         }
-        let beside = |path: &PathBuf| match path.extension() {
-            Some(extension) if extension.eq_ignore_ascii_case("exr") => {
-                format!("{} and {}", path.display(), path.with_extension("png").display())
-            }
-            _ => path.display().to_string(),
-        };
-        terminal::line(self.files.names.iter().map(beside).collect::<Vec<_>>().join("\n"))
+        terminal::line(&self.files.written)
     }
 }
 

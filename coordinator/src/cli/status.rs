@@ -6,6 +6,7 @@ use super::client::{Client, ServerOption};
 use super::error::Error;
 use super::terminal;
 use crate::api::json::{Frame, Job, JobPage, JobSummary};
+use crate::job::FrameState;
 
 /// Arguments of `gradfarm status`.
 #[derive(Debug, clap::Args)]
@@ -48,10 +49,11 @@ async fn list(client: &Client, path: &str) -> Result<(), Error> {
     if page.jobs.is_empty() {
         return terminal::line(format_args!("no jobs at {}", client.server()));
     }
-    terminal::line(format_args!("{:36}  {:9}  {:>6}  {:>8}  name", "job", "state", "done", "age"))?;
+    terminal::line(format_args!("{:36}  {:9}  {:>6}  {:>9}  {:>8}  name", "job", "state", "done", "frames", "age"))?;
     for job in &page.jobs {
         let done = job.progress.units.fraction() * 100.0;
-        terminal::line(format_args!("{:36}  {:9}  {done:5.1}%  {:>8}  {}", job.id, state(job), age(job), job.name))?;
+        let frames = format!("{}/{}", job.frames_done, job.frames_total);
+        terminal::line(format_args!("{:36}  {:9}  {done:5.1}%  {frames:>9}  {:>8}  {}", job.id, state(job), age(job), job.name))?;
     }
     if page.next.is_some() {
         terminal::line("… and older ones: --limit shows more")?;
@@ -74,13 +76,25 @@ fn print(job: &Job) -> Result<(), Error> {
     ))?;
     let units = summary.progress.units;
     terminal::line(format_args!("units    {} of {} ({:.1} %)", units.done, units.total, units.fraction() * 100.0))?;
-    for frame in &job.frames {
-        terminal::line(format_args!("frame    {}", describe(frame)))?;
+    if summary.frames_total > 1 {
+        terminal::line(format_args!("frames   {} of {} done", summary.frames_done, summary.frames_total))?;
+    }
+    for run in job.frames.chunk_by(alike) {
+        terminal::line(format_args!("frame    {}", describe(run)))?;
     }
     Ok(())
 }
 
-fn describe(frame: &Frame) -> String {
+/// Whether there is nothing else to say of two frames: they show the same image, or both wait.
+fn alike(one: &Frame, other: &Frame) -> bool {
+    let waits = |frame: &Frame| frame.state == FrameState::Waiting.name();
+    one.moment.is_some() && one.moment == other.moment || waits(one) && waits(other)
+}
+
+/// A run of frames that are alike.
+fn describe(run: &[Frame]) -> String {
+    let [frame, ..] = run else { return String::new() };
+    let last = if run.len() > 1 { format!("–{}", run[run.len() - 1].number) } else { String::new() };
     let percent = frame.progress.units.fraction() * 100.0;
     let error = match frame.error {
         Some(error) => format!(", estimated relMSE {:.2e} ({:.2e} to {:.2e})", error.relmse, error.low, error.high),
@@ -88,7 +102,7 @@ fn describe(frame: &Frame) -> String {
     };
     let stopped = frame.stopped.as_deref().map(|why| format!(", stopped by {why} at {} samples", frame.samples_per_pixel));
     let choice = frame.choice.as_deref().map(|choice| format!(", reconstruction {choice}"));
-    format!("{}: {} ({percent:.1} %){error}{}{}", frame.number, frame.state, stopped.unwrap_or_default(), choice.unwrap_or_default())
+    format!("{}{last}: {} ({percent:.1} %){error}{}{}", frame.number, frame.state, stopped.unwrap_or_default(), choice.unwrap_or_default())
 }
 
 fn state(job: &JobSummary) -> &str {

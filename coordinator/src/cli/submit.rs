@@ -11,21 +11,24 @@ use serde_json::value::RawValue;
 
 use super::client::{Client, ServerOption};
 use super::error::Error;
-use super::files::Target;
 use super::follow::{Telling, follow};
 use super::options::RenderOptions;
-use super::{pull, scene, terminal};
+use super::outputs::OutputOptions;
+use super::pull::{self, Puller};
+use super::{scene, terminal};
 use crate::api::json::Job;
 use crate::api::submission::{JobOptions, JobRequest};
 
 /// Arguments of `gradfarm submit`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Prints the job's name. Files that the coordinator has already are not sent again.
+Prints the job's name. Files that the coordinator has already are not sent again. With -o or --contact-sheet it waits for the job, and
+from there all is as in `pull --follow`.
 
 Examples:
   gradfarm submit tests/scenes/cornell-box.json --samples 256
-  gradfarm submit scene.xml --wait -o image.exr
+  gradfarm submit scene.xml -o image.exr
+  gradfarm submit dance.glb --frames 0..48 -o dance.%04d.exr -o dance.mp4
   job=$(gradfarm submit scene.json); gradfarm watch \"$job\"")]
 pub(super) struct Submit {
     /// The scene: gradfarm JSON, Mitsuba XML, glTF or pbrt
@@ -47,9 +50,8 @@ pub(super) struct Submit {
     /// Wait until the job is done
     #[arg(long)]
     wait: bool,
-    /// Fetch the image when the job is done, and the PNG beside it; waits for it
-    #[arg(short, long, value_name = "OUT.exr")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutputOptions,
     /// Print the job as one JSON object instead of its name
     #[arg(long)]
     json: bool,
@@ -60,12 +62,13 @@ pub(super) struct Submit {
 impl Submit {
     /// Uploads what is missing, submits, and waits if asked to.
     pub(super) async fn run(self) -> Result<(), Error> {
-        let output = self.output.as_deref().map(Target::check_image).transpose()?;
+        let outputs = self.output.check()?;
         let client = self.server.client()?;
         let loaded = scene::read(&self.scene)?;
         // The coordinator plans again; this only tells what it would refuse before anything is uploaded.
         let asked = self.options.request_for(&loaded.description);
         plan::resolve(&loaded.description, &asked)?;
+        outputs.as_ref().map(|outputs| outputs.check_count(asked.frames)).transpose()?;
         let request = JobRequest {
             assets: upload(&client, &loaded).await?,
             scene: RawValue::from_string(loaded.description.to_json()).map_err(|fault| Error::Failed(fault.to_string()))?,
@@ -86,13 +89,12 @@ impl Submit {
         } else {
             terminal::line(&id)?;
         }
-        if self.wait || output.is_some() {
-            follow(&client, &id, Telling::Bar).await?;
-        }
-        match output {
-            Some(output) => pull::fetch(&client, &id, job.frames.first().map_or(0, |frame| frame.number), &output).await,
-            None => Ok(()),
-        }
+        let Some(outputs) = outputs else {
+            return if self.wait { follow(&client, &id, Telling::Bar, None).await } else { Ok(()) };
+        };
+        let mut puller = Puller::new(client.clone(), &job, pull::all(&job), outputs)?;
+        follow(&client, &id, Telling::Bar, Some(&mut puller)).await?;
+        puller.finish().await
     }
 }
 

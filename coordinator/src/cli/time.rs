@@ -42,7 +42,14 @@ pub(super) struct TimeOptions {
 
 /// Frame numbers as they were asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct FrameRange(Range<u32>);
+pub(super) struct FrameRange(Range<u32>);
+
+impl FrameRange {
+    /// As jobs have them.
+    pub(super) fn frames(&self) -> Frames {
+        Frames { first: self.0.start, count: self.0.len() as u32 }
+    }
+}
 
 impl TimeOptions {
     /// Adds what was asked for to a request.
@@ -68,13 +75,17 @@ impl TimeOptions {
     /// The frames that were asked for, or those of the scene.
     pub(super) fn frames(&self, scene: &SceneDescription, request: &Request) -> Frames {
         match &self.frames {
-            Some(FrameRange(range)) => Frames { first: range.start, count: range.len() as u32 },
+            Some(range) => range.frames(),
             None => Frames::of(scene, request.timeline),
         }
     }
 }
 
-fn frames(text: &str) -> Result<FrameRange, String> {
+/// Reads frame numbers: `0..48` without 48, `0..=47` with 47, or one number.
+///
+/// # Errors
+/// What was expected.
+pub(super) fn frames(text: &str) -> Result<FrameRange, String> {
     let expected = || "expected frames such as 0..48, 0..=47 or 12".to_owned();
     let number = |text: &str| text.trim().parse::<u32>().map_err(|_| expected());
     let range = match text.split_once("..") {
@@ -118,6 +129,7 @@ fn switch(text: &str) -> Result<bool, String> {
 mod tests {
     use super::*;
     use clap::Parser;
+    use proptest::prelude::*;
 
     #[derive(Parser)]
     struct Line {
@@ -138,6 +150,15 @@ mod tests {
             [("5..5", "no frame from 5"), ("9..3", "no frame"), ("a..3", "0..48"), ("-1", "0..48"), ("0..4294967295", "at most")]
         {
             assert!(read(bad).unwrap_err().contains(part), "{bad}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_a_range_or_an_error(text in ".{0,20}", a in 0u32..1000, b in 0u32..1000) {
+            let _ = frames(&text);
+            prop_assert_eq!(frames(&format!("{a}..{b}")).is_ok(), a < b);
+            prop_assert_eq!(frames(&format!("{a}..={b}")).is_ok(), a <= b);
         }
     }
 

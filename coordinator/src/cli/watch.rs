@@ -27,6 +27,6 @@ impl Watch {
     /// Follows the job.
     pub(super) async fn run(self) -> Result<(), Error> {
         let telling = if self.json { Telling::Json } else { Telling::Bar };
-        follow(&self.server.client()?, &self.job, telling).await
+        follow(&self.server.client()?, &self.job, telling, None).await
     }
 }
