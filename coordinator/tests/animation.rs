@@ -1,0 +1,121 @@
+//! Batches of frames as a person meets them: numbered files, animated PNG, contact sheets and movies.
+
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod common;
+
+use std::path::Path;
+
+use common::{assert_code, folder, gradfarm, last_json, moving_scene, run, stderr};
+
+/// Frame delays [s] and pixels of an animated PNG.
+fn frames_of(file: &Path) -> Vec<(f64, Vec<u8>)> {
+    let bytes = std::fs::read(file).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+    let count = reader.info().animation_control().unwrap().num_frames;
+    let frame = |_| {
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        let control = reader.info().frame_control().unwrap();
+        (f64::from(control.delay_num) / f64::from(control.delay_den), pixels)
+    };
+    (0..count).map(frame).collect()
+}
+
+fn pixels_of(file: &Path) -> Vec<u8> {
+    let bytes = std::fs::read(file).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    pixels
+}
+
+#[test]
+fn a_batch_makes_numbered_files_an_animated_png_and_a_sheet() {
+    let (folder, scene) = folder();
+    std::fs::write(&scene, moving_scene()).unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let text = |name: &str| at(name).to_str().unwrap().to_owned();
+    let (numbered, movie, sheet, told) = (text("frame.%04d.exr"), text("movie.png"), text("sheet.png"), text("told.%d.json"));
+    let arguments = ["render", scene.to_str().unwrap(), "-o", &numbered, "-o", &movie, "--contact-sheet", &sheet, "--statistics", &told];
+    let more = ["--frames", "2..6", "--fps", "12", "--size", "32x24", "--samples", "4", "--json"];
+    let output = run(&[&arguments[..], &more].concat());
+    assert_code(&output, 0);
+    let report = last_json(&output);
+    let numbers: Vec<_> = report["frames"].as_array().unwrap().iter().map(|frame| frame["number"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, [2, 3, 4, 5]);
+    assert_eq!(report["frames"][1]["output"], text("frame.0003.exr"));
+    assert!(report["frames"][0]["estimated_relmse"].as_f64().is_some_and(|error| error > 0.0), "{report}");
+    assert!(report["seconds"]["render"].as_f64().is_some_and(|seconds| seconds > 0.0), "{report}");
+    let frames = frames_of(&at("movie.png"));
+    assert_eq!(frames.len(), 4);
+    for (number, (delay, pixels)) in (2..).zip(&frames) {
+        assert!((delay - 1.0 / 12.0).abs() < 1e-6, "{delay}");
+        assert!(at(&format!("frame.{number:04}.exr")).exists() && at(&format!("told.{number}.json")).exists());
+        assert_eq!(&pixels_of(&at(&format!("frame.{number:04}.png"))), pixels, "frame {number}");
+    }
+    assert!(frames.windows(2).all(|pair| pair[0].1 != pair[1].1), "the ball rolls");
+    assert_eq!(pixels_of(&at("sheet.png")).len(), 3 * (4 + 2 * 36) * (4 + 2 * 28));
+
+    // One of the frames by itself is what it was in the batch, where frames are reconstructed one by one.
+    let alone = text("alone.exr");
+    let words = ["render", scene.to_str().unwrap(), "--fps", "12", "--size", "32x24", "--samples", "4", "--no-temporal"];
+    let output = run(&[&words[..], &["--frames", "3", "-o", &alone]].concat());
+    assert_code(&output, 0);
+    let output = run(&[&words[..], &["--frames", "3..=4", "-o", &numbered]].concat());
+    assert_code(&output, 0);
+    assert_eq!(std::fs::read(at("alone.exr")).unwrap(), std::fs::read(at("frame.0003.exr")).unwrap());
+}
+
+#[test]
+fn several_frames_need_a_place_for_each() {
+    let (folder, scene) = folder();
+    std::fs::write(&scene, moving_scene()).unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let output = run(&["render", scene.to_str().unwrap(), "-o", &at("a.exr")]);
+    assert_code(&output, 2);
+    // Half a second of 24 frames, and the one at its end.
+    for said in ["there are 13 frames", "a.%04d.exr", "--frames"] {
+        assert!(stderr(&output).contains(said), "{said}: {}", stderr(&output));
+    }
+    let output = run(&["render", scene.to_str().unwrap(), "-o", &at("a.png"), "--accuracy", &at("curve.svg")]);
+    assert_code(&output, 2);
+    assert!(stderr(&output).contains("curve.%04d.svg"), "{}", stderr(&output));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing was written");
+}
+
+#[test]
+fn movies_without_ffmpeg_propose_what_needs_none() {
+    let (folder, scene) = folder();
+    for name in ["movie.mp4", "movie.webm"] {
+        let path = folder.path().join(name);
+        let mut command = gradfarm();
+        command.env("PATH", folder.path()).args(["render", scene.to_str().unwrap(), "-o", path.to_str().unwrap()]);
+        let output = command.output().unwrap();
+        assert_code(&output, 2);
+        for said in ["ffmpeg", "in no folder of PATH", "movie.png"] {
+            assert!(stderr(&output).contains(said), "{said}: {}", stderr(&output));
+        }
+    }
+}
+
+#[test]
+fn ffmpeg_makes_a_movie_where_it_is_installed() {
+    let on_path = std::env::var_os("PATH").is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join("ffprobe").is_file()));
+    if !on_path {
+        // Optional, as the program says itself: the test above holds everywhere.
+        return;
+    }
+    let (folder, scene) = folder();
+    std::fs::write(&scene, moving_scene()).unwrap();
+    for name in ["movie.mp4", "movie.webm"] {
+        let movie = folder.path().join(name);
+        // An odd size gets a line more: players want even ones.
+        let size = ["--frames", "0..5", "--fps", "10", "--size", "33x24", "--samples", "4"];
+        let output = run(&[&["render", scene.to_str().unwrap(), "-o", movie.to_str().unwrap()][..], &size].concat());
+        assert_code(&output, 0);
+        let probe = ["-v", "error", "-count_frames", "-show_entries", "stream=width,height,nb_read_frames,r_frame_rate", "-of", "csv=p=0"];
+        let told = std::process::Command::new("ffprobe").args(probe).arg(&movie).output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&told.stdout).trim(), "34,24,10/1,5", "{name}");
+    }
+}
