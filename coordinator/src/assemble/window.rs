@@ -5,6 +5,7 @@
 //! the solver needs.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
@@ -51,9 +52,9 @@ pub(super) async fn solve(tasks: &[Task], layout: Windows, window: u32, shop: &W
     let moments = layout.moments(window);
     films.retain(|position, _| moments.contains(position));
     for task in tasks {
-        if !films.contains_key(&task.position) {
+        if let Entry::Vacant(place) = films.entry(task.position) {
             let (film, _) = stitch::moment(task, false, shop.store.as_ref(), &shop.blobs).await?;
-            films.insert(task.position, Arc::new(film));
+            place.insert(Arc::new(film));
         }
     }
     let stitch = start.elapsed().as_secs_f64();

@@ -10,7 +10,7 @@ use gradfarm_core::plan::{ReconstructionKind, Request, Technique};
 use gradfarm_core::scene::Loaded;
 
 use super::error::Error;
-use super::local::LocalJob;
+use super::local::{FrameDone, LocalJob};
 use super::method::Method;
 use super::peer::Mitsuba;
 use super::progress::Progress;
@@ -171,7 +171,11 @@ impl Contest<'_> {
         let job = LocalJob { name, loaded: self.loaded, request, frames, tile: Submission::TILE / 2, threads: &threads };
         let progress = Progress::new(&format!("{} {method}, {what}", self.name));
         let mut image = None;
-        let view = job.run(&progress, |frame| Ok(image = Some(decode(&frame.exr)?))).await?;
+        let keep = |frame: FrameDone| {
+            image = Some(decode(&frame.exr)?);
+            Ok(())
+        };
+        let view = job.run(&progress, keep).await?;
         let image = image.ok_or_else(|| Error::Failed("the job has no frame".to_owned()))?;
         let seconds = view.seconds;
         let threads = threads.iter().sum::<usize>().max(1) as f64;

@@ -272,7 +272,7 @@ impl Reel {
         match &mut self.film {
             Film::Png { still: true, .. } => {
                 let written = self.file.write_all(file);
-                return written.map_err(|source| Error::Write { path: self.target.path().to_path_buf(), source });
+                written.map_err(|source| Error::Write { path: self.target.path().to_path_buf(), source })
             }
             Film::Png { apng, .. } => {
                 let (extent, pixels) = png::decode(file).map_err(broken)?;

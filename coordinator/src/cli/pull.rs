@@ -85,7 +85,10 @@ impl Puller {
         let (has, wanted) = (all(job).range(), frames.range());
         if wanted.start < has.start || wanted.end > has.end {
             let found = format!("{}..{}", wanted.start, wanted.end);
-            return Err(Error::Usage(format!("frames {found} are not all in job {}, which has {}..{}", job.summary.id, has.start, has.end)));
+            return Err(Error::Usage(format!(
+                "frames {found} are not all in job {}, which has {}..{}",
+                job.summary.id, has.start, has.end
+            )));
         }
         let fps = job.plan.timeline.map_or(Timeline::FPS, |timeline| timeline.fps);
         let writer = outputs.open(frames, fps)?;
