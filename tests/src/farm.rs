@@ -107,6 +107,13 @@ impl Coordinator {
         if output.status.success() { Ok(text(output.stdout)) } else { Err(text(output.stderr)) }
     }
 
+    /// Most memory that it ever held, as far as the system tells [MiB]; 0 where it does not.
+    pub fn peak_memory(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.0.id())).unwrap_or_default();
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+        peak.unwrap_or(0).div_ceil(1024)
+    }
+
     /// Submits a job; its name.
     pub fn submit(&self, job: &Job) -> String {
         self.submit_with(job, &[])
@@ -144,13 +151,18 @@ impl Coordinator {
 
     /// Waits for the end of a job that should be done, and fetches its image.
     pub fn image(&self, job: &str) -> Vec<u8> {
+        self.frame(job, 0)
+    }
+
+    /// The same for one of several frames.
+    pub fn frame(&self, job: &str, frame: u32) -> Vec<u8> {
         let state = wait_for("the end of the job", PATIENCE, || {
             let state = self.job(job)["state"].as_str().unwrap().to_owned();
             (state != "queued" && state != "running").then_some(state)
         });
         assert_eq!(state, "done", "{}", self.job(job));
         let file = self.data.path().join("out.exr");
-        self.ask(&["pull", job, "-o", file.to_str().unwrap()]).unwrap();
+        self.ask(&["pull", job, "--frame", &frame.to_string(), "-o", file.to_str().unwrap()]).unwrap();
         std::fs::read(file).unwrap()
     }
 }
