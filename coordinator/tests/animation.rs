@@ -52,7 +52,7 @@ fn a_batch_makes_numbered_files_an_animated_png_and_a_sheet() {
     for (number, (delay, pixels)) in (2..).zip(&frames) {
         assert!((delay - 1.0 / 12.0).abs() < 1e-6, "{delay}");
         assert!(at(&format!("frame.{number:04}.exr")).exists() && at(&format!("told.{number}.json")).exists());
-        assert_eq!(&pixels_of(&at(&format!("frame.{number:04}.png"))), pixels, "frame {number}");
+        assert!(&pixels_of(&at(&format!("frame.{number:04}.png"))) == pixels, "frame {number}");
     }
     assert!(frames.windows(2).all(|pair| pair[0].1 != pair[1].1), "the ball rolls");
     assert_eq!(pixels_of(&at("sheet.png")).len(), 3 * (4 + 2 * 36) * (4 + 2 * 28));
@@ -64,7 +64,7 @@ fn a_batch_makes_numbered_files_an_animated_png_and_a_sheet() {
     assert_code(&output, 0);
     let output = run(&[&words[..], &["--frames", "3..=4", "-o", &numbered]].concat());
     assert_code(&output, 0);
-    assert_eq!(std::fs::read(at("alone.exr")).unwrap(), std::fs::read(at("frame.0003.exr")).unwrap());
+    assert!(pixels_of(&at("alone.png")) == pixels_of(&at("frame.0003.png")), "frame 3 alone and among others");
 }
 
 #[test]
@@ -74,8 +74,8 @@ fn several_frames_need_a_place_for_each() {
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let output = run(&["render", scene.to_str().unwrap(), "-o", &at("a.exr")]);
     assert_code(&output, 2);
-    // Half a second of 24 frames, and the one at its end.
-    for said in ["there are 13 frames", "a.%04d.exr", "--frames"] {
+    // Half a second of 24 frames a second.
+    for said in ["there are 12 frames", "a.%04d.exr", "--frames"] {
         assert!(stderr(&output).contains(said), "{said}: {}", stderr(&output));
     }
     let output = run(&["render", scene.to_str().unwrap(), "-o", &at("a.png"), "--accuracy", &at("curve.svg")]);
