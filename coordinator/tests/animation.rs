@@ -68,6 +68,44 @@ fn a_batch_makes_numbered_files_an_animated_png_and_a_sheet() {
 }
 
 #[test]
+fn a_farm_s_frames_come_as_they_are_done_and_can_be_had_again() {
+    let (folder, scene) = folder();
+    std::fs::write(&scene, moving_scene()).unwrap();
+    let server = common::Server::start();
+    let at = |name: &str| folder.path().join(name);
+    let text = |name: &str| at(name).to_str().unwrap().to_owned();
+    let (numbered, movie) = (text("a.%02d.exr"), text("a.png"));
+    let asked = ["--frames", "1..5", "--fps", "10", "--size", "32x24", "--samples", "4", "--shutter", "0.5", "--instants", "2"];
+    let submitted = server.run(&[&["submit", scene.to_str().unwrap(), "-o", &numbered, "-o", &movie, "--json"][..], &asked].concat());
+    assert_code(&submitted, 0);
+    let job = last_json(&submitted);
+    let timeline = &job["plan"]["timeline"];
+    assert_eq!((&timeline["fps"], &timeline["shutter"], &timeline["instants"]), (&10.0.into(), &0.5.into(), &2.into()));
+    let frames = frames_of(&at("a.png"));
+    assert!(frames.len() == 4 && frames.iter().all(|(delay, _)| (delay - 0.1).abs() < 1e-6));
+    assert!((1..5).all(|number| at(&format!("a.{number:02}.exr")).exists()));
+
+    let id = job["id"].as_str().unwrap();
+    let told = server.run(&["status", id]);
+    assert_code(&told, 0);
+    for said in ["frames   4 of 4 done", "frame    1: done", "frame    4: done"] {
+        assert!(common::stdout(&told).contains(said), "{said}: {}", common::stdout(&told));
+    }
+    let list = server.run(&["status"]);
+    assert!(common::stdout(&list).contains(" 4/4 "), "{}", common::stdout(&list));
+    // A part of it again, and all of it while nothing is left to wait for.
+    assert_code(&server.run(&["pull", id, "--frames", "2..=3", "-o", &text("part.png")]), 0);
+    assert!(frames_of(&at("part.png")).iter().map(|frame| &frame.1).eq(frames[1..3].iter().map(|frame| &frame.1)));
+    assert_code(&server.run(&["pull", id, "--follow", "-o", &text("all.png"), "--contact-sheet", &text("sheet.png")]), 0);
+    assert!(std::fs::read(at("all.png")).unwrap() == std::fs::read(at("a.png")).unwrap(), "the same bits");
+    for (words, said) in [(&["--frames", "3..9"][..], "which has 1..5"), (&[], "there are 4 frames")] {
+        let output = server.run(&[&["pull", id, "-o", &text("b.exr")][..], words].concat());
+        assert_code(&output, 2);
+        assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn several_frames_need_a_place_for_each() {
     let (folder, scene) = folder();
     std::fs::write(&scene, moving_scene()).unwrap();
