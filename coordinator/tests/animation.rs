@@ -71,7 +71,7 @@ fn a_batch_makes_numbered_files_an_animated_png_and_a_sheet() {
 fn a_farm_s_frames_come_as_they_are_done_and_can_be_had_again() {
     let (folder, scene) = folder();
     std::fs::write(&scene, moving_scene()).unwrap();
-    let server = common::Server::start();
+    let server = common::Server::start(2);
     let at = |name: &str| folder.path().join(name);
     let text = |name: &str| at(name).to_str().unwrap().to_owned();
     let (numbered, movie) = (text("a.%02d.exr"), text("a.png"));
