@@ -1,5 +1,6 @@
 //! What gradients in time are worth: an animation by each method at equal total time, reconstruction counted, its relMSE a frame and its
-//! flicker, the relative square error of the differences between frames.
+//! flicker, the relative square error of the differences between frames; and how noisy differences in time are, over what they would be if
+//! moments shared no numbers.
 //!
 //! Arguments: file of an animated scene, frames per second, frames, samples per pixel of `pt`, samples per pixel of the reference, and a
 //! film size such as 96x72. The reference is the least-squares image of one long render a frame; its own noise is taken off.
@@ -9,7 +10,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use gradfarm_core::film::Image;
+use gradfarm_core::film::{Film, Image};
 use gradfarm_core::lattice::{Extent, Moment};
 use gradfarm_core::plan::{Plan, ReconstructionKind, Request, Technique, Temporal, Timeline, resolve};
 use gradfarm_core::reconstruction::window::{MomentFilm, Share, Windows, blend, finish, solve};
@@ -149,15 +150,64 @@ fn animate(scenes: &[Scene], plan: &Plan) -> Result<(Vec<Image>, f64), Fault> {
         }
         Some(temporal) => {
             let mut moments = Vec::new();
+            let mut noise = Noise::default();
             for (frame, scene) in (0u32..).zip(scenes) {
                 let before = frame.checked_sub(1).map(|frame| &scenes[frame as usize]);
-                let [a, b] = copies(&Instants { before, ..scene.into() }, plan, Moment::of(frame))?;
-                moments.push(MomentFilm::new(&[&a, &b])?);
+                let both = copies(&Instants { before, ..scene.into() }, plan, Moment::of(frame))?;
+                moments.push(MomentFilm::new(&[&both[0], &both[1]])?);
+                noise.add(both);
             }
+            noise.tell();
             together(&moments, temporal, plan)?
         }
     };
     Ok((images, start.elapsed().as_secs_f64()))
+}
+
+/// Squares that tell how noisy differences in time are.
+#[derive(Default)]
+struct Noise {
+    before: Option<[Film; 2]>,
+    of_differences: f64,
+    of_halves: f64,
+    partners: usize,
+    pixels: usize,
+}
+
+impl Noise {
+    /// Compares the copies of a moment and of the one before.
+    fn add(&mut self, now: [Film; 2]) {
+        if let Some(before) = &self.before {
+            let extent = now[0].extent;
+            let motion = now[0].motion.as_ref();
+            for (x, y) in (0..extent.height).flat_map(|y| (0..extent.width).map(move |x| (x, y))) {
+                self.pixels += 1;
+                if motion.is_some_and(|motion| motion.at(x, y, 2) != 1.0) {
+                    continue;
+                }
+                self.partners += 1;
+                let by = |c: usize| motion.map_or(0, |motion| motion.at(x, y, c) as i64);
+                let (px, py) = ((i64::from(x) + by(0)) as u32, (i64::from(y) + by(1)) as u32);
+                for c in 0..3 {
+                    let half_a = |copy: usize| f64::from(now[copy].halves[0].primal.at(x, y, c));
+                    let half_b = |copy: usize| f64::from(before[copy].halves[1].primal.at(px, py, c));
+                    let bright = (half_a(0) + half_a(1) + half_b(0) + half_b(1)).powi(2) / 16.0 + 1e-3;
+                    let (a, b) = (half_a(0) - half_a(1), half_b(0) - half_b(1));
+                    self.of_differences += (a - b) * (a - b) / bright;
+                    self.of_halves += (a * a + b * b) / bright;
+                }
+            }
+        }
+        self.before = Some(now);
+    }
+
+    fn tell(&self) {
+        let share = 100.0 * self.partners as f64 / self.pixels.max(1) as f64;
+        eprintln!(
+            "noise of differences in time, over that of independent ones: {:.3}; {share:.1} % of pixels have a partner",
+            self.of_differences / self.of_halves
+        );
+    }
 }
 
 /// Solves window by window and blends.

@@ -88,8 +88,9 @@ impl FramePattern {
 
     /// The pattern that a single name suggests: `a.exr` becomes `a.%04d.exr`.
     pub fn suggested(path: &Path) -> PathBuf {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().replace('%', "%%");
-        let extension = path.extension().map(|extension| format!(".{}", extension.to_string_lossy())).unwrap_or_default();
+        let plain = |part: &std::ffi::OsStr| part.to_string_lossy().replace('%', "%%");
+        let stem = path.file_stem().map(plain).unwrap_or_default();
+        let extension = path.extension().map(|extension| format!(".{}", plain(extension))).unwrap_or_default();
         path.with_file_name(format!("{stem}.%04d{extension}"))
     }
 }
@@ -121,6 +122,7 @@ mod tests {
             assert_eq!(FileName::parse(Path::new(text)), Ok(FileName::Single(path.into())), "{text}");
         }
         assert_eq!(FramePattern::suggested(Path::new("x/50%.exr")), Path::new("x/50%%.%04d.exr"));
+        assert_eq!(FramePattern::suggested(Path::new("a.5%")), Path::new("a.%04d.5%%"));
         assert_eq!(pattern("x/50%%.%04d.exr").path(1), Path::new("x/50%.0001.exr"));
     }
 
