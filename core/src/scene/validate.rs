@@ -24,6 +24,25 @@ pub(super) fn description(scene: &SceneDescription, file: &str) -> Result<(), Er
     }
 }
 
+/// Checks what an instant is made from: keys, nodes, forms and joints. What they make is for [`instant`] to check.
+pub(super) fn sources(scene: &SceneDescription, file: &str) -> Result<(), Error> {
+    let check = Check { file, animation: scene.animation.as_ref(), meshes: true };
+    if let Some(animation) = &scene.animation {
+        check.moves(scene, animation)?;
+    }
+    let groups =
+        scene.groups.iter().flat_map(|(name, shapes)| shapes.iter().enumerate().map(move |(k, s)| (format!("groups.{name}[{k}]"), s)));
+    let shapes = scene.shapes.iter().enumerate().map(|(k, shape)| (format!("shapes[{k}]"), shape));
+    for (path, shape) in groups.chain(shapes) {
+        if let Geometry::Mesh(mesh) = &shape.geometry
+            && (mesh.morph.is_some() || mesh.skin.is_some())
+        {
+            check.mesh(&format!("{path}.geometry.mesh"), mesh)?;
+        }
+    }
+    Ok(())
+}
+
 /// Checks what moves in a description that is sound at its keys, as it is at one instant.
 pub(super) fn instant(pose: &Pose<'_>, still: &SceneDescription, file: &str, seconds: f64) -> Result<(), Error> {
     Check { file, animation: None, meshes: false }.parts(pose, still, seconds)

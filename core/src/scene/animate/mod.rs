@@ -46,11 +46,12 @@ impl SceneDescription {
     /// Equal instants give equal descriptions. A scene without animation comes back as it is.
     ///
     /// # Errors
-    /// A time that is not finite; a description that was not checked; values between keys that leave their domain, with track and path.
+    /// A time that is not finite; nodes, keys, forms or joints that are at fault; values between keys that leave their domain, with track and path.
     pub fn at(&self, seconds: f64) -> Result<SceneDescription, Error> {
         if !seconds.is_finite() {
             return Err(Error::new(ErrorKind::Invalid, DESCRIPTION, "animation", format!("the time {seconds} s"), "a finite time"));
         }
+        validate::sources(self, DESCRIPTION)?;
         let mut still = SceneDescription { animation: None, ..self.clone() };
         let pose = Pose::new(self, DESCRIPTION)?;
         let frames = pose.put(&mut still, seconds)?;

@@ -183,6 +183,31 @@ fn what_leaves_the_domain_between_keys_is_an_error_of_that_instant() {
 }
 
 #[test]
+fn a_description_that_nobody_checked_is_refused_and_not_trusted() {
+    type Damage = fn(&mut SceneDescription);
+    let damages: [(Damage, &str); 6] = [
+        (|scene| scene.animation.as_mut().unwrap().tracks[0].times.clear(), "tracks[0].times"),
+        (|scene| scene.animation.as_mut().unwrap().tracks[0].values.clear(), "tracks[0].values"),
+        (|scene| scene.animation.as_mut().unwrap().nodes.clear(), "the node"),
+        (|scene| scene.animation = None, "joints[0].node"),
+        (|scene| scene.shapes.truncate(1), "tracks[7].target"),
+        (
+            |scene| {
+                let Geometry::Mesh(mesh) = &mut scene.shapes[3].geometry else { return };
+                mesh.skin.as_mut().unwrap().influences[0].joints.pop();
+            },
+            "influences[0].joints",
+        ),
+    ];
+    for (damage, words) in damages {
+        let mut scene = scene();
+        damage(&mut scene);
+        let error = scene.at(0.5).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}\nlacks {words}");
+    }
+}
+
+#[test]
 fn what_is_written_is_read_back() {
     let scene = scene();
     assert_eq!(SceneDescription::from_json(&scene.to_json(), "again").unwrap(), scene);

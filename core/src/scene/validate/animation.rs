@@ -10,9 +10,7 @@ use super::{Check, one_of};
 impl Check<'_> {
     /// Checks a scene that moves: its nodes and tracks, then the scene as it starts, then whatever changes at each key.
     pub(super) fn animated(&self, scene: &SceneDescription, animation: &Animation) -> Result<(), Error> {
-        self.nodes(animation)?;
-        self.tracks(&animation.tracks)?;
-        self.nodes_in_use(scene, animation)?;
+        self.moves(scene, animation)?;
         let pose = Pose::new(scene, self.file)?;
         let mut still = SceneDescription { animation: None, ..scene.clone() };
         let mut times: Vec<f64> =
@@ -27,6 +25,13 @@ impl Check<'_> {
             Check { meshes: false, ..*self }.parts(&pose, &still, seconds)?;
         }
         Ok(())
+    }
+
+    /// Checks nodes and tracks by themselves.
+    pub(super) fn moves(&self, scene: &SceneDescription, animation: &Animation) -> Result<(), Error> {
+        self.nodes(animation)?;
+        self.tracks(&animation.tracks)?;
+        self.nodes_in_use(scene, animation)
     }
 
     /// Checks what changes, as it is at one instant.
