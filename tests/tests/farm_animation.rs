@@ -17,9 +17,9 @@ use gradfarm_tests::farm::{Coordinator, Job, PATIENCE, wait_for};
 
 const JOB: Job = Job {
     scene: include_str!("../scenes/turning-box.json"),
-    width: 40,
-    height: 30,
-    samples: 8,
+    width: 48,
+    height: 36,
+    samples: 16,
     tile: 64,
     rounds: 1,
     technique: Technique::Gpt,
@@ -111,12 +111,12 @@ fn workers_and_tiles_leave_no_trace_in_any_frame() {
 fn a_coordinator_killed_within_a_window_goes_on_where_it_stopped() {
     let mut coordinator = Coordinator::start();
     let _workers = [coordinator.worker(1), coordinator.worker(1)];
-    // 3 × 2 tiles, 2 passes: 12 units to a moment, 48 to the first window, 24 more to each of the next.
+    // 3 × 3 tiles, 2 passes: 18 units to a moment, 72 to the first window, 36 more to each of the next.
     let job = coordinator.submit_with(&Job { tile: 16, ..JOB }, TIME);
     let mut killed = 0;
-    for least in [20, 49, 74, 100, 119] {
+    for least in [30, 73, 110, 150] {
         let done = coordinator.wait_for_units(&job, least);
-        killed += u64::from(done < 12 * MOMENTS);
+        killed += u64::from(done < 18 * MOMENTS);
         coordinator.crash_and_restart();
         let after = coordinator.units_done(&job);
         assert!(after >= done, "{done} units were acknowledged, {after} are left");
@@ -141,7 +141,7 @@ fn a_paused_job_waits_and_goes_on() {
         std::thread::sleep(std::time::Duration::from_millis(500));
         Some(before).filter(|before| coordinator.units_done(&job) == *before)
     });
-    assert!(at_rest < 12 * MOMENTS && coordinator.job(&job)["paused"] == true, "{at_rest} units");
+    assert!(at_rest < 18 * MOMENTS && coordinator.job(&job)["paused"] == true, "{at_rest} units");
     assert!(coordinator.ask(&["status"]).unwrap().contains("paused"));
     coordinator.ask(&["resume", &job]).unwrap();
     assert_same_bits(&coordinator, &job);

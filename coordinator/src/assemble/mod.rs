@@ -16,7 +16,7 @@ use gradfarm_core::plan::Guide;
 use tokio::sync::{Semaphore, mpsc};
 
 use crate::clock::Clock;
-use crate::job::{Assembled, Errand, Frame, Job, JobRecord, Measured, ShareRecord, SolvedWindow};
+use crate::job::{Assembled, Errand, Frame, Job, JobId, JobRecord, Measured, ShareRecord, SolvedWindow};
 use crate::schedule::Split;
 use crate::service::command::Command;
 use crate::store::{BlobError, Blobs, Store, StoreError};
@@ -114,6 +114,7 @@ impl Workshop {
     pub(crate) fn take(&self, job: &Job, errand: Errand) {
         let moments = match errand {
             Errand::Assemble { frame } | Errand::Measure { frame } | Errand::Guide { frame, .. } => frame..frame + 1,
+            Errand::Release => return self.release(job.record.id),
             Errand::Window { window } => job.windows().map(|windows| windows.layout.moments(window)).unwrap_or_default(),
         };
         let before = job.guides(moments.start).to_vec();
@@ -129,7 +130,7 @@ impl Workshop {
             }
             let Some(task) = tasks.pop() else { return };
             let done = match errand {
-                Errand::Window { .. } => return,
+                Errand::Window { .. } | Errand::Release => return,
                 Errand::Assemble { frame } => {
                     let outcome = shop.assemble(task).await.map_err(|error| error.to_string());
                     Command::Assembled { job, frame, outcome }
@@ -144,6 +145,16 @@ impl Workshop {
                 }
             };
             shop.report(done).await;
+        });
+    }
+
+    /// Lets go of what windows of a job left for the next one, after what is being done now.
+    fn release(&self, job: JobId) {
+        let shop = self.clone();
+        tokio::spawn(async move {
+            if let Ok(_bench) = shop.bench.acquire().await {
+                drop(shop.films(job));
+            }
         });
     }
 

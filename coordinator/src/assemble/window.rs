@@ -33,8 +33,8 @@ pub(super) struct Films {
 }
 
 impl Workshop {
-    /// Takes out the films that the window before left, if they are of this job.
-    fn films(&self, job: JobId) -> BTreeMap<u32, Arc<MomentFilm>> {
+    /// Takes out the films that the window before left, if they are of this job; films of other jobs go.
+    pub(super) fn films(&self, job: JobId) -> BTreeMap<u32, Arc<MomentFilm>> {
         let left = std::mem::take(&mut *self.films.lock().unwrap_or_else(PoisonError::into_inner));
         if left.job == Some(job) { left.films } else { BTreeMap::new() }
     }

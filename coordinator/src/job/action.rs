@@ -63,6 +63,8 @@ pub enum Errand {
         /// Number of the window.
         window: u32,
     },
+    /// The job is over: let go of what is kept between its windows.
+    Release,
 }
 
 /// The answer to a delivery.

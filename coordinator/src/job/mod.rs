@@ -191,7 +191,10 @@ impl Job {
             }
         }
         self.guides.iter_mut().for_each(FrameGuides::drop_all);
-        self.windows.iter_mut().for_each(JobWindows::stop);
+        if let Some(windows) = &mut self.windows {
+            windows.stop();
+            actions.push(Action::Do(Errand::Release));
+        }
         self.state = state;
         self.error = error;
         self.finished = Some(now);
