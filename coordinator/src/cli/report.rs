@@ -153,14 +153,18 @@ impl Report {
         // Frames of one moment were checked once. The last check of each made the image.
         let moments: BTreeSet<u32> = view.frames.iter().map(|frame| frame.moment.first).collect();
         let checked = frames.iter().filter(|frame| moments.contains(&frame.frame));
-        let check: f64 = checked.flat_map(|frame| frame.curve.points.iter().rev().skip(1)).map(|point| point.check_seconds).sum();
+        let check: f64 = checked
+            .flat_map(|frame| frame.curve.points.iter().rev().skip(1))
+            .map(|point| point.check_seconds)
+            .fold(0.0, |sum, one| sum + one);
         // Workers load and build at the same time as each other, and trace only then.
         let workers = threads.len().max(1) as f64;
         let (load, build) = (measured.load / workers, measured.compile / workers);
         let seconds = Phases {
             load: clock.load.as_secs_f64() + load,
             build,
-            render: (measured.render_span - load - build - check).max(0.0),
+            // One worker may load while another traces; it took no less than the tracing itself.
+            render: (measured.render_span - load - build - check).max(measured.render / threads.iter().sum::<usize>().max(1) as f64),
             check,
             stitch: measured.stitch,
             reconstruct: measured.reconstruct,
