@@ -9,6 +9,7 @@ mod assemble;
 pub mod cli;
 pub mod clock;
 pub mod config;
+pub mod crypto;
 pub mod embedded;
 pub mod error;
 mod grpc;

@@ -1,20 +1,23 @@
 //! How far the frames of a job are, in few words.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::job::FrameState;
+use crate::job::{FrameState, WindowState};
 
 /// The states of a run of frames.
 #[derive(Clone, Debug)]
 pub(super) struct Batch {
     first: u32,
     states: Vec<Option<FrameState>>,
+    /// The frames of windows that are being solved, by the number of the window.
+    solving: BTreeMap<u32, Range<u32>>,
 }
 
 impl Batch {
     /// Frames of which nothing is known yet.
     pub(super) fn new(frames: Range<u32>) -> Self {
-        Self { first: frames.start, states: vec![None; frames.len()] }
+        Self { first: frames.start, states: vec![None; frames.len()], solving: BTreeMap::new() }
     }
 
     /// These frames changed their state.
@@ -26,13 +29,25 @@ impl Batch {
         }
     }
 
+    /// A window over these frames changed its state.
+    pub(super) fn set_window(&mut self, window: u32, frames: Range<u32>, state: &str) {
+        if state == WindowState::Solving.name() {
+            self.solving.insert(window, frames);
+        } else {
+            self.solving.remove(&window);
+        }
+    }
+
     /// What is being done: of a single frame its state, of several how many are done and which are worked on.
     pub(super) fn told(&self) -> String {
         let [only] = self.states[..] else {
             let done = self.run_of(&[FrameState::Done]).1;
             let (working, _) = self.run_of(&[FrameState::Rendering, FrameState::Assembling]);
             let working = working.map(|frames| format!(", {frames}")).unwrap_or_default();
-            return format!("{done} of {} frames{working}", self.states.len());
+            let solving = self.solving.values().next();
+            let solving =
+                solving.map(|frames| format!(", solving {}–{} together", frames.start, frames.end.max(1) - 1)).unwrap_or_default();
+            return format!("{done} of {} frames{working}{solving}", self.states.len());
         };
         only.map_or("preparing", FrameState::name).to_owned()
     }
@@ -74,6 +89,9 @@ mod tests {
         assert_eq!(many.told(), "4 of 10 frames, rendering 14–16");
         many.set(18..19, FrameState::Rendering);
         assert_eq!(many.told(), "4 of 10 frames, rendering 14–16 …");
+        many.set_window(1, 12..17, "solving");
+        assert_eq!(many.told(), "4 of 10 frames, rendering 14–16 …, solving 12–16 together");
+        many.set_window(1, 12..17, "solved");
         many.set(0..100, FrameState::Done);
         assert_eq!(many.told(), "10 of 10 frames");
     }

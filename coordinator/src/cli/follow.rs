@@ -130,7 +130,11 @@ fn show(progress: &Progress, batch: &mut Batch, event: &Event) {
             progress.say(&batch.told());
         }
         Event::Accuracy { point, target, seconds_left, .. } => progress.say_error(&point.error.into(), *target, *seconds_left),
-        Event::Tile { .. } | Event::Window(_) => {}
+        Event::Window(window) => {
+            batch.set_window(window.number, window.first..window.end, &window.state);
+            progress.say(&batch.told());
+        }
+        Event::Tile { .. } => {}
     }
 }
 

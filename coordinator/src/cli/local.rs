@@ -124,7 +124,11 @@ impl<F: FnMut(FrameDone) -> Result<(), Error>> Following<'_, F> {
                     let reason = error.unwrap_or_else(|| "no reason was given".to_owned());
                     return Err(Error::Job(format!("the job is {}: {reason}", state.name())));
                 }
-                JobEvent::State { .. } | JobEvent::Tile { .. } | JobEvent::Window { .. } => {}
+                JobEvent::Window { window } => {
+                    batch.set_window(window.number, window.first..window.end, window.state);
+                    progress.say(&batch.told());
+                }
+                JobEvent::State { .. } | JobEvent::Tile { .. } => {}
             }
         }
         // Events may be lost where there are many of them.

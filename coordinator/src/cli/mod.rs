@@ -91,6 +91,7 @@ enum Command {
 
 /// Parses the arguments of this process, runs the command, and tells how it ended.
 pub fn main() -> ExitCode {
+    crate::crypto::provide();
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

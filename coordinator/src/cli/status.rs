@@ -6,7 +6,7 @@ use super::client::{Client, ServerOption};
 use super::error::Error;
 use super::terminal;
 use crate::api::json::{Frame, Job, JobPage, JobSummary};
-use crate::job::FrameState;
+use crate::job::{FrameState, WindowState};
 
 /// Arguments of `gradfarm status`.
 #[derive(Debug, clap::Args)]
@@ -78,6 +78,12 @@ fn print(job: &Job) -> Result<(), Error> {
     terminal::line(format_args!("units    {} of {} ({:.1} %)", units.done, units.total, units.fraction() * 100.0))?;
     if summary.frames_total > 1 {
         terminal::line(format_args!("frames   {} of {} done", summary.frames_done, summary.frames_total))?;
+    }
+    if !job.windows.is_empty() {
+        let solved = job.windows.iter().filter(|window| window.seconds.is_some()).count();
+        let now = job.windows.iter().find(|window| window.state == WindowState::Solving.name());
+        let now = now.map(|window| format!(", solving frames {}–{} together", window.first, window.end.max(1) - 1)).unwrap_or_default();
+        terminal::line(format_args!("windows  {solved} of {} solved{now}", job.windows.len()))?;
     }
     for run in job.frames.chunk_by(alike) {
         terminal::line(format_args!("frame    {}", describe(run)))?;

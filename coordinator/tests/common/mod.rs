@@ -168,3 +168,10 @@ impl Drop for Server {
         let _ = self.child.wait();
     }
 }
+
+/// Whether a test can use something that not every machine has. Where `GRADFARM_REQUIRE` names it, its absence fails the test.
+pub fn optional(name: &str, there: bool) -> bool {
+    let required = std::env::var("GRADFARM_REQUIRE").is_ok_and(|names| names.split(',').any(|other| other == name));
+    assert!(there || !required, "GRADFARM_REQUIRE names {name}, which is not here");
+    there
+}
