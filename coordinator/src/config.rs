@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use crate::embedded;
+use crate::store::StoreUri;
 
 /// What a server is told.
 #[derive(Clone, Debug, clap::Args)]
@@ -17,6 +18,9 @@ pub struct ServeConfig {
     /// Folder for jobs, assets and images; made if it is not there
     #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data")]
     pub data: PathBuf,
+    /// Where to keep jobs: sqlite:PATH or postgres://USER:PASSWORD@HOST/DATABASE [default: a SQLite file in the data folder]
+    #[arg(long, value_name = "URI", env = "GRADFARM_STORE", hide_env_values = true)]
+    pub store: Option<StoreUri>,
     /// Workers to start in this process
     #[arg(long, value_name = "N", env = "GRADFARM_WORKERS", default_value_t = 0,
           value_parser = clap::value_parser!(u16).range(0..=i64::from(embedded::WORKERS_MOST)))]

@@ -17,6 +17,10 @@ pub mod job;
 pub mod movie;
 pub mod oidn;
 pub mod plot;
+#[cfg(test)]
+#[allow(unreachable_pub, dead_code)]
+#[path = "../../tests/src/postgres.rs"]
+mod postgres;
 pub mod request;
 pub mod schedule;
 pub mod service;

@@ -1,10 +1,11 @@
-//! What the tests of the whole system share: statistics, scenes with closed forms, frames and moments rendered without a farm, laws of shifts, images by another renderer, the programs, and a
-//! farm of separate processes.
+//! What the tests of the whole system share: statistics, scenes with closed forms, frames and moments rendered without a farm, laws of shifts, images by another renderer, the programs, a
+//! PostgreSQL server, and a farm of separate processes.
 
 pub mod animation;
 pub mod farm;
 pub mod frame;
 pub mod laws;
+pub mod postgres;
 pub mod programs;
 pub mod scenes;
 pub mod statistics;

@@ -87,6 +87,12 @@ fn check_fields(submission: &Submission) -> Result<(), Error> {
     {
         return invalid("client token", format!("{} bytes long", token.len()), format!("1 to {NAME} bytes"));
     }
+    // PostgreSQL knows no zero in a text.
+    for (what, text) in [("name", Some(&submission.name)), ("client token", submission.client_token.as_ref())] {
+        if text.is_some_and(|text| text.contains('\0')) {
+            return invalid(what, "a text with the character U+0000".into(), "a text without it".into());
+        }
+    }
     if !(1..=TILE).contains(&submission.tile) {
         return invalid("tile", submission.tile.to_string(), format!("1 to {TILE} pixels"));
     }

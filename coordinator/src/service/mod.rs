@@ -16,7 +16,6 @@ use std::fs::File;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::net::TcpListener;
@@ -32,7 +31,7 @@ use crate::error::Error;
 use crate::grpc;
 pub use crate::job::Seconds;
 use crate::job::{Errand, JobId};
-use crate::store::{Blobs, Sqlite, Store};
+use crate::store::{Blobs, StoreUri};
 use command::Command;
 use dispatch::Dispatcher;
 
@@ -42,10 +41,12 @@ const QUEUE: usize = 1024;
 const GRACE: Duration = Duration::from_secs(5);
 
 /// What a service needs to know before it starts.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Config {
     /// Folder for the database and the blobs; made if it is not there. One service at a time may use it.
     pub state: PathBuf,
+    /// Where jobs are kept; a SQLite file in the state folder if nothing else is said.
+    pub store: Option<StoreUri>,
     /// Whether what is acknowledged must survive a power cut. Off only for jobs that nobody would resume.
     pub durable: bool,
     /// How often workers must be heard.
@@ -57,7 +58,7 @@ pub struct Config {
 impl Config {
     /// The usual values for a state folder: durable, heartbeat 3 s, leases 15 s.
     pub fn new(state: impl Into<PathBuf>) -> Self {
-        Self { state: state.into(), durable: true, heartbeat: Duration::from_secs(3), lease_ttl: Duration::from_secs(15) }
+        Self { state: state.into(), store: None, durable: true, heartbeat: Duration::from_secs(3), lease_ttl: Duration::from_secs(15) }
     }
 }
 
@@ -98,7 +99,7 @@ impl Service {
             Err(std::fs::TryLockError::Error(source)) => return Err(io(source)),
         }
         let blobs = Blobs::in_folder(&config.state.join("blobs"), config.durable)?;
-        let store: Arc<dyn Store> = Arc::new(Sqlite::open(&config.state.join("farm.db"), config.durable).await?);
+        let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable).await?;
         let (sender, commands) = mpsc::channel(QUEUE);
         let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new() };
         let workshop = Workshop::new(handle.commands.downgrade(), store.clone(), blobs);

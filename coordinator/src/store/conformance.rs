@@ -30,11 +30,25 @@ async fn sqlite() -> Subject {
     Subject { store: Arc::new(store), _folder: Some(folder) }
 }
 
+/// On the server that the tests of this process share; nothing where there is none.
+async fn postgres() -> Option<Subject> {
+    let uri: StoreUri =
+        tokio::task::spawn_blocking(|| crate::postgres::shared().map(crate::postgres::Server::database)).await.unwrap()?.parse().unwrap();
+    Some(Subject { store: uri.open(true).await.unwrap(), _folder: None })
+}
+
 /// Runs each case against each store.
 macro_rules! suite {
     ($($case:ident),* $(,)?) => {
         mod in_memory {
             $(#[tokio::test] async fn $case() { super::$case(super::memory().await.store.as_ref()).await; })*
+        }
+        mod in_postgres {
+            $(#[tokio::test] async fn $case() {
+                if let Some(subject) = super::postgres().await {
+                    super::$case(subject.store.as_ref()).await;
+                }
+            })*
         }
         mod in_sqlite {
             $(#[tokio::test] async fn $case() { let subject = super::sqlite().await; super::$case(subject.store.as_ref()).await; })*

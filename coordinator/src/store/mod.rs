@@ -7,7 +7,10 @@ mod blobs;
 #[cfg(test)]
 mod conformance;
 mod memory;
+mod postgres;
+mod sql;
 mod sqlite;
+mod uri;
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -16,7 +19,9 @@ use async_trait::async_trait;
 
 pub use blobs::{BlobError, Blobs};
 pub use memory::Memory;
+pub use postgres::Postgres;
 pub use sqlite::Sqlite;
+pub use uri::{ParseStoreError, StoreUri};
 
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
 
@@ -68,6 +73,27 @@ pub enum StoreError {
     /// The database failed.
     #[error("store: {0}")]
     Database(#[from] sqlx::Error),
+    /// The database's software is too old.
+    #[error("store: {software} is {found}, expected {least} or later")]
+    Version {
+        /// Which software.
+        software: &'static str,
+        /// Its version.
+        found: String,
+        /// The least that is known to be sound.
+        least: String,
+    },
+    /// Others hold this coordinator for dead, or it was replaced: what it still wants to write is refused.
+    #[error("store: another coordinator has taken over from this one, which was silent for too long or was started again elsewhere")]
+    Fenced,
+    /// The database did not answer for so long that nothing could be kept.
+    #[error("store: the database could not be reached for {seconds} s: {source}")]
+    Unreachable {
+        /// How long it was tried [s].
+        seconds: u64,
+        /// What went wrong last.
+        source: Box<StoreError>,
+    },
     /// The database is of another version of the software.
     #[error("store: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),

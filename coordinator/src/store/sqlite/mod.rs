@@ -1,8 +1,5 @@
 //! The store in one SQLite file: write-ahead log, one writer, every commit on the disk before it is answered.
 
-mod read;
-mod write;
-
 use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
@@ -11,6 +8,7 @@ use async_trait::async_trait;
 use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
+use super::sql::{Connection, read, write};
 use super::{Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
 
@@ -37,6 +35,7 @@ impl Sqlite {
             .foreign_keys(true)
             .busy_timeout(Duration::from_secs(5));
         let writer = SqlitePoolOptions::new().max_connections(1).connect_with(options.clone()).await?;
+        check_version(&sqlx::query_scalar::<_, String>("SELECT sqlite_version()").fetch_one(&writer).await?)?;
         let found: String = sqlx::query_scalar("PRAGMA quick_check(1)").fetch_one(&writer).await?;
         if found != "ok" {
             return Err(StoreError::Corrupt { row: file.display().to_string(), found });
@@ -56,20 +55,54 @@ impl Store for Sqlite {
     async fn commit(&self, changes: &[Change]) -> Result<(), StoreError> {
         let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
         for change in changes {
-            write::make(&mut transaction, change).await?;
+            write::make(&mut Connection::Sqlite(&mut transaction), change).await?;
         }
         Ok(transaction.commit().await?)
     }
 
     async fn jobs(&self) -> Result<Vec<StoredJob>, StoreError> {
-        read::jobs(&self.readers).await
+        // One snapshot for all tables.
+        let mut transaction = self.readers.begin().await?;
+        read::jobs(&mut Connection::Sqlite(&mut transaction)).await
     }
 
     async fn results(&self, job: JobId, units: Range<u32>) -> Result<Vec<(u32, DeliveredRecord)>, StoreError> {
-        read::results(&self.readers, job, units).await
+        let mut connection = self.readers.acquire().await?;
+        read::results(&mut Connection::Sqlite(&mut connection), job, units).await
     }
 
     async fn file(&self, job: JobId, position: u32, kind: FileKind) -> Result<Option<FileRecord>, StoreError> {
-        read::file(&self.readers, job, position, kind).await
+        let mut connection = self.readers.acquire().await?;
+        read::file(&mut Connection::Sqlite(&mut connection), job, position, kind).await
+    }
+}
+
+/// Earlier versions can damage the write-ahead log when a checkpoint meets a reset.
+const LEAST_VERSION: (u32, u32, u32) = (3, 51, 3);
+
+fn check_version(found: &str) -> Result<(), StoreError> {
+    let mut parts = found.split('.').map(|part| part.parse::<u32>().unwrap_or(0));
+    let mut next = || parts.next().unwrap_or(0);
+    let version = (next(), next(), next());
+    if version >= LEAST_VERSION {
+        return Ok(());
+    }
+    let (major, minor, patch) = LEAST_VERSION;
+    Err(StoreError::Version { software: "SQLite", found: found.to_owned(), least: format!("{major}.{minor}.{patch}") })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_versions_are_refused() {
+        for good in ["3.51.3", "3.51.10", "3.52.0", "4.0.0"] {
+            assert!(check_version(good).is_ok(), "{good}");
+        }
+        for bad in ["3.51.2", "3.46.0", "2.99.99", ""] {
+            let refused = check_version(bad).unwrap_err().to_string();
+            assert!(refused.contains("expected 3.51.3 or later"), "{refused}");
+        }
     }
 }

@@ -1,0 +1,132 @@
+//! The store on a PostgreSQL server.
+//!
+//! A server can be away for a while, and a connection can break between a commit and its answer. Such errors say nothing of what is
+//! stored: they are tried again, for a minute. Every commit counts up a number in the row of this run of the coordinator, in the same
+//! transaction; so a second try finds out whether the first one had worked, and a run that others hold for dead writes nothing more.
+
+mod session;
+#[cfg(test)]
+mod tests;
+mod transient;
+
+use std::ops::Range;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
+use sqlx::{Connection as _, PgConnection, PgPool};
+use tokio::sync::Mutex;
+
+use super::sql::{Connection, read, write};
+use super::{Store, StoreError};
+use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
+use session::Session;
+use transient::patiently;
+
+/// How long one try to commit may take. A transaction that hangs longer is given up and asked about again.
+const TRY: Duration = Duration::from_secs(20);
+/// Connections that read.
+const READERS: u32 = 4;
+
+/// Jobs in a PostgreSQL database.
+#[derive(Debug)]
+pub struct Postgres {
+    options: PgConnectOptions,
+    /// One at a time writes, so that commits are numbered.
+    writer: Mutex<Writer>,
+    readers: PgPool,
+    session: Session,
+}
+
+/// The connection that writes, and how many commits it made.
+#[derive(Debug)]
+struct Writer {
+    /// None after an error: whatever was under way on it is over.
+    connection: Option<PgConnection>,
+    commits: i64,
+}
+
+impl Postgres {
+    /// Connects, brings the tables up to date and begins a session, which ends all others.
+    ///
+    /// # Errors
+    /// If the server cannot be reached for a minute, or the database is of a newer version.
+    pub async fn open(options: &PgConnectOptions) -> Result<Self, StoreError> {
+        // A connection that broke in the middle of a transaction must not hold its locks for long.
+        let options = options.clone().options([("idle_in_transaction_session_timeout", "10s"), ("lock_timeout", "15s")]);
+        let connection = patiently("connect", || async {
+            let mut connection = PgConnection::connect_with(&options).await?;
+            sqlx::migrate!("migrations/postgres").run(&mut connection).await?;
+            Ok(connection)
+        });
+        let mut connection = connection.await?;
+        let session = Session::begin(&mut connection).await?;
+        let readers =
+            PgPoolOptions::new().max_connections(READERS).acquire_timeout(Duration::from_secs(5)).connect_lazy_with(options.clone());
+        Ok(Self { options, writer: Mutex::new(Writer { connection: Some(connection), commits: 0 }), readers, session })
+    }
+
+    /// One try to make changes durable as the commit of this number.
+    async fn attempt(&self, connection: &mut Option<PgConnection>, number: i64, changes: &[Change]) -> Result<(), StoreError> {
+        let connection = match connection {
+            Some(connection) => connection,
+            none => none.insert(PgConnection::connect_with(&self.options).await?),
+        };
+        let mut transaction = connection.begin().await?;
+        if self.session.count(&mut transaction, number).await? == session::Counted::Before {
+            return Ok(transaction.rollback().await?);
+        }
+        for change in changes {
+            write::make(&mut Connection::Postgres(&mut transaction), change).await?;
+        }
+        Ok(transaction.commit().await?)
+    }
+}
+
+#[async_trait]
+impl Store for Postgres {
+    async fn commit(&self, changes: &[Change]) -> Result<(), StoreError> {
+        let writer = &mut *self.writer.lock().await;
+        let number = writer.commits + 1;
+        let connection = Mutex::new(&mut writer.connection);
+        patiently("commit", || async {
+            let connection = &mut **connection.lock().await;
+            let outcome = match tokio::time::timeout(TRY, self.attempt(connection, number, changes)).await {
+                Ok(outcome) => outcome,
+                Err(_) => Err(StoreError::Database(sqlx::Error::PoolTimedOut)),
+            };
+            if outcome.is_err() {
+                *connection = None;
+            }
+            outcome
+        })
+        .await?;
+        writer.commits = number;
+        Ok(())
+    }
+
+    async fn jobs(&self) -> Result<Vec<StoredJob>, StoreError> {
+        patiently("read jobs", || async {
+            // One snapshot for all tables.
+            let mut transaction = self.readers.begin_with("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY").await?;
+            read::jobs(&mut Connection::Postgres(&mut transaction)).await
+        })
+        .await
+    }
+
+    async fn results(&self, job: JobId, units: Range<u32>) -> Result<Vec<(u32, DeliveredRecord)>, StoreError> {
+        patiently("read results", || async {
+            let mut connection = self.readers.acquire().await?;
+            read::results(&mut Connection::Postgres(&mut connection), job, units.clone()).await
+        })
+        .await
+    }
+
+    async fn file(&self, job: JobId, position: u32, kind: FileKind) -> Result<Option<FileRecord>, StoreError> {
+        patiently("read file", || async {
+            let mut connection = self.readers.acquire().await?;
+            read::file(&mut Connection::Postgres(&mut connection), job, position, kind).await
+        })
+        .await
+    }
+}

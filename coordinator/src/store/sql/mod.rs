@@ -1,0 +1,84 @@
+//! What SQLite and PostgreSQL have in common: the statements, written once, and how rows become records again.
+//!
+//! Both take the same SQL: integers are 64 bits wide, names and digests are bytes, placeholders are `$1`. What differs (how a connection
+//! is opened, what a commit waits for, who else may write) is told beside, in `sqlite` and `postgres`.
+
+pub(super) mod read;
+mod row;
+mod statement;
+pub(super) mod write;
+
+use futures::TryStreamExt;
+use sqlx::{PgConnection, SqliteConnection};
+
+pub(super) use row::Row;
+pub(super) use statement::Statement;
+use statement::Value;
+
+use super::StoreError;
+
+/// A connection to either database, within a transaction or not.
+pub(super) enum Connection<'c> {
+    /// To a file.
+    Sqlite(&'c mut SqliteConnection),
+    /// To a server.
+    Postgres(&'c mut PgConnection),
+}
+
+/// A query with its values bound, for whichever database the connection is to.
+macro_rules! query {
+    ($statement:expr) => {{
+        let Statement { text, values } = $statement;
+        let mut query = sqlx::query(text);
+        for value in values {
+            query = match value {
+                Value::Integer(value) => query.bind(value),
+                Value::Real(value) => query.bind(value),
+                Value::Text(value) => query.bind(value),
+                Value::Bytes(value) => query.bind(value),
+            };
+        }
+        query
+    }};
+}
+
+impl Connection<'_> {
+    /// Runs a statement; how many rows it changed.
+    pub(super) async fn execute(&mut self, statement: Statement) -> Result<u64, StoreError> {
+        Ok(match self {
+            Connection::Sqlite(connection) => query!(statement).execute(&mut **connection).await?.rows_affected(),
+            Connection::Postgres(connection) => query!(statement).execute(&mut **connection).await?.rows_affected(),
+        })
+    }
+
+    /// Hands over each row that a statement gives, one after the other.
+    pub(super) async fn each(
+        &mut self,
+        statement: Statement,
+        mut take: impl FnMut(Row) -> Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
+        match self {
+            Connection::Sqlite(connection) => {
+                let mut rows = query!(statement).fetch(&mut **connection);
+                while let Some(row) = rows.try_next().await? {
+                    take(Row::Sqlite(row))?;
+                }
+            }
+            Connection::Postgres(connection) => {
+                let mut rows = query!(statement).fetch(&mut **connection);
+                while let Some(row) = rows.try_next().await? {
+                    take(Row::Postgres(row))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The first row that a statement gives, if any.
+    pub(super) async fn first(&mut self, statement: Statement) -> Result<Option<Row>, StoreError> {
+        Ok(match self {
+            Connection::Sqlite(connection) => query!(statement).fetch_optional(&mut **connection).await?.map(Row::Sqlite),
+            Connection::Postgres(connection) => query!(statement).fetch_optional(&mut **connection).await?.map(Row::Postgres),
+        })
+    }
+}

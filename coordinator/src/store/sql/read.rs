@@ -1,0 +1,231 @@
+//! Rows back into records. A row that cannot be is reported, never guessed.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use gradfarm_core::accuracy::{Estimate, Point, Reason};
+use gradfarm_core::film::Statistics;
+use gradfarm_core::lattice::Moment;
+use gradfarm_core::plan::{Plan, by_name};
+use gradfarm_core::reconstruction::SolveReport;
+use gradfarm_proto::v1;
+use prost::Message;
+
+use super::{Connection, Row, Statement};
+use crate::job::{
+    DeliveredRecord, FileKind, FileRecord, Frame, FrameState, JobId, JobRecord, JobState, Seconds, ShareRecord, SolvedWindow, StoredJob,
+    StoredUnit, Timestamp, WorkerId,
+};
+use crate::store::StoreError;
+
+/// Every job in the order of its name, which is the order of submission. To be called within a transaction that sees one snapshot.
+pub(in crate::store) async fn jobs(connection: &mut Connection<'_>) -> Result<Vec<StoredJob>, StoreError> {
+    let mut jobs = BTreeMap::new();
+    let each = |row: Row| {
+        let job = job(&row)?;
+        jobs.insert(job.record.id, job);
+        Ok(())
+    };
+    connection.each(Statement::new("SELECT * FROM jobs"), each).await?;
+    let each = |row: Row| {
+        if let Some(job) = jobs.get_mut(&row.job("job")?) {
+            let (position, samples) = (row.integer("position")?, job.record.plan.samples);
+            job.frames.push((position, frame(&row, samples)?));
+        }
+        Ok(())
+    };
+    connection.each(Statement::new("SELECT * FROM frames ORDER BY job, position"), each).await?;
+    let each = |row: Row| {
+        let position: u32 = row.integer("position")?;
+        if let Some(job) = jobs.get_mut(&row.job("job")?)
+            && let Ok(at) = job.frames.binary_search_by_key(&position, |(p, _)| *p)
+        {
+            job.frames[at].1.points.push(point(&row)?);
+        }
+        Ok(())
+    };
+    connection.each(Statement::new("SELECT * FROM points ORDER BY job, position, samples"), each).await?;
+    let each = |row: Row| {
+        if let Some(job) = jobs.get_mut(&row.job("job")?) {
+            job.windows.push((row.integer("number")?, window(&row)?));
+        }
+        Ok(())
+    };
+    connection.each(Statement::new("SELECT * FROM windows ORDER BY job, number"), each).await?;
+    let each = |row: Row| {
+        let number: u32 = row.integer("number")?;
+        if let Some(job) = jobs.get_mut(&row.job("job")?)
+            && let Ok(at) = job.windows.binary_search_by_key(&number, |(n, _)| *n)
+        {
+            job.windows[at].1.shares.push(ShareRecord { blob: row.digest("blob")?, size: row.integer("size")? });
+        }
+        Ok(())
+    };
+    connection.each(Statement::new("SELECT * FROM shares ORDER BY job, number, place"), each).await?;
+    let units = "SELECT units.job, units.unit, units.epoch, failures, losses, worker, content, blob, size, load, compile, render
+                 FROM units JOIN jobs ON jobs.id = units.job AND jobs.state <> 'done'
+                 LEFT JOIN leases ON leases.job = units.job AND leases.unit = units.unit
+                 LEFT JOIN results ON results.job = units.job AND results.unit = units.unit
+                 ORDER BY units.job, units.unit";
+    let each = |row: Row| {
+        if let Some(job) = jobs.get_mut(&row.job("job")?) {
+            job.units.push(unit(&row)?);
+        }
+        Ok(())
+    };
+    connection.each(Statement::new(units), each).await?;
+    Ok(jobs.into_values().collect())
+}
+
+/// Results of a run of units.
+pub(in crate::store) async fn results(
+    connection: &mut Connection<'_>,
+    job: JobId,
+    units: Range<u32>,
+) -> Result<Vec<(u32, DeliveredRecord)>, StoreError> {
+    let query = Statement::new("SELECT * FROM results WHERE job = $1 AND unit >= $2 AND unit < $3 ORDER BY unit");
+    let mut results = Vec::new();
+    let each = |row: Row| {
+        results.push((row.integer("unit")?, result(&row)?));
+        Ok(())
+    };
+    connection.each(query.bytes(&job.to_bytes()).integer(units.start).integer(units.end), each).await?;
+    Ok(results)
+}
+
+/// A file of a frame.
+pub(in crate::store) async fn file(
+    connection: &mut Connection<'_>,
+    job: JobId,
+    position: u32,
+    kind: FileKind,
+) -> Result<Option<FileRecord>, StoreError> {
+    let query = Statement::new("SELECT blob, size FROM files WHERE job = $1 AND position = $2 AND kind = $3");
+    let row = connection.first(query.bytes(&job.to_bytes()).integer(position).text(kind.name())).await?;
+    row.map(|row| Ok(FileRecord { kind, blob: row.digest("blob")?, size: row.integer("size")? })).transpose()
+}
+
+fn job(row: &Row) -> Result<StoredJob, StoreError> {
+    let id = row.job("id")?;
+    let corrupt = |found: String| StoreError::Corrupt { row: format!("job {id}"), found };
+    let plan = row.bytes("plan")?;
+    let message = v1::Plan::decode(plan.as_slice()).map_err(|error| corrupt(format!("a plan that is none: {error}")))?;
+    let state = row.text("state")?;
+    let (first_frame, frame_count) = (row.integer("first_frame")?, row.integer("frame_count")?);
+    let record = JobRecord {
+        id,
+        name: row.text("name")?,
+        priority: row.integer("priority")?,
+        created: Timestamp::from_millis(row.integer("created")?),
+        client_token: row.text_if("client_token")?,
+        scene: row.digest("scene")?,
+        plan: Plan::try_from(message).map_err(|error| corrupt(error.to_string()))?,
+        tile: row.integer("tile")?,
+        first_frame,
+        frame_count,
+        moments: moments(row.bytes_if("moments")?, first_frame, frame_count).ok_or_else(|| corrupt("moments that are none".into()))?,
+    };
+    Ok(StoredJob {
+        record,
+        state: by_name(&JobState::ALL, JobState::name, &state).ok_or_else(|| corrupt(format!("state {state:?}")))?,
+        error: row.text_if("error")?,
+        started: row.time_if("started")?,
+        finished: row.time_if("finished")?,
+        paused: row.integer::<u8>("paused")? != 0,
+        windows: Vec::new(),
+        frames: Vec::new(),
+        units: Vec::new(),
+    })
+}
+
+/// From the frames after the last ones. Before there were moments each frame was rendered.
+fn moments(ends: Option<Vec<u8>>, first: u32, count: u32) -> Option<Vec<Moment>> {
+    let range = first..first.checked_add(count)?;
+    let Some(ends) = ends else { return Some(range.map(Moment::of).collect()) };
+    let mut next = first;
+    let mut moments = Vec::with_capacity(ends.len() / 4);
+    for end in ends.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])) {
+        let moment = Moment { first: next, end };
+        if end <= next {
+            return None;
+        }
+        next = end;
+        moments.push(moment);
+    }
+    (next == range.end).then_some(moments)
+}
+
+/// `samples` is the plan's number, to which frames went before they could stop early.
+fn frame(row: &Row, samples: u32) -> Result<Frame, StoreError> {
+    let state = row.text("state")?;
+    let stopped = row.text_if("stopped")?;
+    let corrupt = |found: String| StoreError::Corrupt { row: "frame".into(), found };
+    let stopped = stopped.map(|name| by_name(&Reason::ALL, Reason::name, &name).ok_or_else(|| corrupt(format!("stopped {name:?}"))));
+    let statistics = row.bytes("statistics")?;
+    let counts: Vec<u64> =
+        statistics.chunks_exact(8).map(|b| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])).collect();
+    Ok(Frame {
+        state: by_name(&FrameState::ALL, FrameState::name, &state).ok_or_else(|| corrupt(format!("state {state:?}")))?,
+        started: row.time_if("started")?,
+        units: row.integer("units")?,
+        samples: row.integer("samples")?,
+        seconds: Seconds {
+            load: row.real("load")?,
+            compile: row.real("compile")?,
+            render: row.real("render")?,
+            render_span: row.real("render_span")?,
+            stitch: row.real("stitch")?,
+            reconstruct: row.real("reconstruct")?,
+            write: row.real("write")?,
+        },
+        estimated_relmse: row.real_if("estimated_relmse")?,
+        choice: row.text_if("choice")?,
+        statistics: Statistics::from_counts(&counts),
+        goal: row.integer_if("goal")?.unwrap_or(samples),
+        stopped: stopped.transpose()?,
+        points: Vec::new(),
+    })
+}
+
+fn window(row: &Row) -> Result<SolvedWindow, StoreError> {
+    Ok(SolvedWindow {
+        shares: Vec::new(),
+        report: SolveReport { alpha: row.real("alpha")? as f32, iterations: row.integer("iterations")?, residual: row.real("residual")? },
+        stitch: row.real("stitch")?,
+        reconstruct: row.real("reconstruct")?,
+    })
+}
+
+fn point(row: &Row) -> Result<Point, StoreError> {
+    Ok(Point {
+        samples: row.integer("samples")?,
+        cpu_seconds: row.real("cpu_seconds")?,
+        wall_seconds: row.real("wall_seconds")?,
+        check_seconds: row.real("check_seconds")?,
+        error: Estimate { relmse: row.real("relmse")?, low: row.real("low")?, high: row.real("high")? },
+    })
+}
+
+fn unit(row: &Row) -> Result<StoredUnit, StoreError> {
+    let lease = row.bytes_if("worker")?;
+    let content = row.bytes_if("content")?;
+    Ok(StoredUnit {
+        unit: row.integer("unit")?,
+        epoch: row.integer("epoch")?,
+        failures: row.integer("failures")?,
+        losses: row.integer("losses")?,
+        lease: lease.map(|_| row.array("worker").map(WorkerId::from_bytes)).transpose()?,
+        result: content.map(|_| result(row)).transpose()?,
+    })
+}
+
+fn result(row: &Row) -> Result<DeliveredRecord, StoreError> {
+    Ok(DeliveredRecord {
+        content: row.digest("content")?,
+        blob: row.digest("blob")?,
+        size: row.integer("size")?,
+        load: row.real("load")?,
+        compile: row.real("compile")?,
+        render: row.real("render")?,
+    })
+}
