@@ -5,7 +5,9 @@ mod batch;
 mod cancel;
 mod client;
 mod compare;
+mod completions;
 mod contest;
+mod doctor;
 mod error;
 mod files;
 mod follow;
@@ -31,6 +33,7 @@ mod study;
 mod submit;
 mod terminal;
 mod time;
+mod view;
 mod watch;
 
 use std::process::ExitCode;
@@ -87,6 +90,14 @@ enum Command {
     Import(import::Import),
     /// Print the JSON Schema of scenes
     Schema(schema::Schema),
+    /// Show an image in the terminal
+    View(view::View),
+    /// Find what is wrong with a set-up, and say how to mend it
+    Doctor(doctor::Doctor),
+    /// Print what a shell needs to complete commands
+    Completions(completions::Completions),
+    /// Write manual pages
+    Man(completions::Man),
 }
 
 /// Parses the arguments of this process, runs the command, and tells how it ended.
@@ -121,6 +132,10 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Study(command) => command.run(),
         Command::Import(command) => command.run(),
         Command::Schema(command) => command.run(),
+        Command::View(command) => command.run(),
+        Command::Doctor(command) => wait_for(command.run()),
+        Command::Completions(command) => command.run(),
+        Command::Man(command) => command.run(),
     }
 }
 

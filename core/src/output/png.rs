@@ -62,7 +62,7 @@ pub fn srgb(linear: f32) -> f32 {
 }
 
 /// The inverse of the sRGB curve, of a byte.
-pub(super) fn linear(byte: u8) -> f32 {
+pub fn linear(byte: u8) -> f32 {
     let v = f32::from(byte) / 255.0;
     if v <= 0.040_45 { v / 12.92 } else { libm::powf((v + 0.055) / 1.055, 2.4) }
 }
