@@ -123,9 +123,11 @@ fn available(text: &str) -> Option<u64> {
 
 fn open_files() -> Finding {
     match getrlimit(Resource::Nofile).current {
-        Some(limit) if limit < OPEN_FILES => {
-            Finding::wrong("open files", format_args!("at most {limit}"), format_args!("ulimit -n {OPEN_FILES}, or LimitNOFILE= of a systemd unit"))
-        }
+        Some(limit) if limit < OPEN_FILES => Finding::wrong(
+            "open files",
+            format_args!("at most {limit}"),
+            format_args!("ulimit -n {OPEN_FILES}, or LimitNOFILE= of a systemd unit"),
+        ),
         Some(limit) => Finding::well("open files", format_args!("at most {limit}")),
         None => Finding::well("open files", "no limit"),
     }
@@ -173,7 +175,11 @@ fn secret(path: &Path) -> Option<Finding> {
     let place = path.display();
     Some(match mode & 0o077 {
         0 => Finding::well("token", format_args!("{place} is its owner's alone")),
-        _ => Finding::wrong("token", format_args!("others may read {place} (mode {mode:03o})"), format_args!("chmod 600 {place}, and renew the token")),
+        _ => Finding::wrong(
+            "token",
+            format_args!("others may read {place} (mode {mode:03o})"),
+            format_args!("chmod 600 {place}, and renew the token"),
+        ),
     })
 }
 
@@ -199,18 +205,22 @@ async fn coordinator(client: &Client) -> Vec<Finding> {
         Err(Error::Unreachable { server, reason }) => {
             let port = reqwest::Url::parse(&server).ok().and_then(|url| url.port_or_known_default());
             let taken = port.is_some_and(|port| TcpListener::bind(("127.0.0.1", port)).is_err());
-            let mend = if taken { "something else has the port: `gradfarm serve --listen` takes another" } else { "start `gradfarm serve`" };
+            let mend =
+                if taken { "something else has the port: `gradfarm serve --listen` takes another" } else { "start `gradfarm serve`" };
             return vec![Finding::note(WHAT, format_args!("no coordinator at {server}: {reason}"), mend)];
         }
         Err(fault) => return vec![Finding::wrong(WHAT, fault, "see the coordinator's log")],
     };
     let mut findings = vec![match health.version == env!("CARGO_PKG_VERSION") {
         true => Finding::well(WHAT, format_args!("coordinator {} at {}", health.version, client.server())),
-        false => Finding::note(WHAT, format_args!("coordinator {} at {}", health.version, client.server()), "this program is of another version"),
+        false => {
+            Finding::note(WHAT, format_args!("coordinator {} at {}", health.version, client.server()), "this program is of another version")
+        }
     }];
     match (client.get::<Workers>("/workers").await, client.get::<JobPage>("/jobs?limit=500").await) {
         (Ok(Workers { workers }), Ok(page)) => {
-            let open = page.jobs.iter().filter(|job| [JobState::Queued, JobState::Running].iter().any(|state| state.name() == job.state)).count();
+            let open =
+                page.jobs.iter().filter(|job| [JobState::Queued, JobState::Running].iter().any(|state| state.name() == job.state)).count();
             findings.extend(workers_of(&workers, open, &health.version));
         }
         (Err(fault), _) | (_, Err(fault)) => findings.push(Finding::wrong(WHAT, fault, "a token that may look is needed")),
