@@ -2,9 +2,10 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use crate::embedded;
-use crate::store::StoreUri;
+use crate::store::{BlobUri, StoreUri};
 
 /// What a server is told.
 #[derive(Clone, Debug, clap::Args)]
@@ -21,6 +22,16 @@ pub struct ServeConfig {
     /// Where to keep jobs: sqlite:PATH or postgres://USER:PASSWORD@HOST/DATABASE [default: a SQLite file in the data folder]
     #[arg(long, value_name = "URI", env = "GRADFARM_STORE", hide_env_values = true)]
     pub store: Option<StoreUri>,
+    /// Where to keep assets, results and images: file:PATH or s3://BUCKET/PREFIX, the latter with endpoint, region and keys from the
+    /// environment (AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY) [default: the folder blobs in the data folder]
+    #[arg(long, value_name = "URI", env = "GRADFARM_BLOBS")]
+    pub blobs: Option<BlobUri>,
+    /// How long to keep bytes that no job needs any more, such as 90s, 30m or 1h
+    #[arg(long, value_name = "TIME", env = "GRADFARM_BLOB_GRACE", default_value = "1h", value_parser = span)]
+    pub blob_grace: Duration,
+    /// How long to keep jobs that are over and their images, such as 12h or 30d [default: for ever]
+    #[arg(long, value_name = "TIME", env = "GRADFARM_KEEP_JOBS", value_parser = span)]
+    pub keep_jobs: Option<Duration>,
     /// Workers to start in this process
     #[arg(long, value_name = "N", env = "GRADFARM_WORKERS", default_value_t = 0,
           value_parser = clap::value_parser!(u16).range(0..=i64::from(embedded::WORKERS_MOST)))]
@@ -46,9 +57,31 @@ fn loopback(text: &str) -> Result<SocketAddr, String> {
     }
 }
 
+/// A span of time: a whole number and its unit.
+///
+/// # Errors
+/// If it is none.
+fn span(text: &str) -> Result<Duration, String> {
+    let units = [("ms", 1), ("s", 1_000), ("m", 60_000), ("h", 3_600_000), ("d", 86_400_000)];
+    let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let millis = units.iter().find(|(name, _)| *name == unit).and_then(|(_, millis)| number.parse::<u64>().ok()?.checked_mul(*millis));
+    millis.map(Duration::from_millis).ok_or_else(|| format!("{text:?} is no span of time, expected one such as 90s, 30m, 12h or 30d"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spans_have_a_unit() {
+        assert_eq!(span("90s"), Ok(Duration::from_secs(90)));
+        assert_eq!(span("30d"), Ok(Duration::from_secs(30 * 86_400)));
+        assert_eq!(span("250ms"), Ok(Duration::from_millis(250)));
+        for bad in ["", "90", "s", "-1s", "1.5h", "1 h", "99999999999999999999d"] {
+            assert!(span(bad).unwrap_err().contains("such as 90s"), "{bad}");
+        }
+    }
 
     #[test]
     fn only_loopback_addresses_are_taken() {

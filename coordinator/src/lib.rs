@@ -22,6 +22,10 @@ pub mod plot;
 #[path = "../../tests/src/postgres.rs"]
 mod postgres;
 pub mod request;
+#[cfg(test)]
+#[allow(unreachable_pub, dead_code)]
+#[path = "../../tests/src/s3.rs"]
+mod s3;
 pub mod schedule;
 pub mod service;
 pub mod store;

@@ -65,15 +65,30 @@ pub struct Coordinator {
     listen: SocketAddr,
     grpc: SocketAddr,
     data: TempDir,
+    with: With,
+}
+
+/// What a coordinator is started with besides its folder and addresses.
+#[derive(Clone, Debug, Default)]
+pub struct With {
+    /// Further arguments.
+    pub arguments: Vec<String>,
+    /// Its environment.
+    pub environment: Vec<(&'static str, String)>,
 }
 
 impl Coordinator {
     /// Starts one, without workers.
     pub fn start() -> Self {
+        Self::start_with(With::default())
+    }
+
+    /// Starts one with further settings, without workers.
+    pub fn start_with(with: With) -> Self {
         let data = tempfile::tempdir().unwrap();
         let (listen, grpc) = (free_address(), free_address());
-        let process = serve(data.path(), listen, grpc);
-        let coordinator = Self { process, listen, grpc, data };
+        let process = serve(data.path(), listen, grpc, &with);
+        let coordinator = Self { process, listen, grpc, data, with };
         coordinator.wait_until_it_answers();
         coordinator
     }
@@ -81,7 +96,7 @@ impl Coordinator {
     /// Kills it and starts another one in its place.
     pub fn crash_and_restart(&mut self) {
         self.process.kill();
-        self.process = serve(self.data.path(), self.listen, self.grpc);
+        self.process = serve(self.data.path(), self.listen, self.grpc, &self.with);
         self.wait_until_it_answers();
     }
 
@@ -248,9 +263,10 @@ pub fn wait_for<T>(what: &str, patience: Duration, mut ask: impl FnMut() -> Opti
     }
 }
 
-fn serve(data: &Path, listen: SocketAddr, grpc: SocketAddr) -> Process {
+fn serve(data: &Path, listen: SocketAddr, grpc: SocketAddr, with: &With) -> Process {
     let mut command = program(Program::Gradfarm);
     command.args(["serve", "--listen", &listen.to_string(), "--grpc", &grpc.to_string(), "--data"]).arg(data.join("state"));
+    command.args(&with.arguments).envs(with.environment.iter().map(|(name, value)| (name, value)));
     Process::start(command.env("GRADFARM_LOG", "warn"))
 }
 

@@ -1,5 +1,5 @@
 //! What the tests of the whole system share: statistics, scenes with closed forms, frames and moments rendered without a farm, laws of shifts, images by another renderer, the programs, a
-//! PostgreSQL server, and a farm of separate processes.
+//! PostgreSQL and an S3 server, and a farm of separate processes.
 
 pub mod animation;
 pub mod farm;
@@ -7,6 +7,7 @@ pub mod frame;
 pub mod laws;
 pub mod postgres;
 pub mod programs;
+pub mod s3;
 pub mod scenes;
 pub mod statistics;
 pub mod stopping;

@@ -47,7 +47,13 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
     let grpc = service::listen(config.grpc).await.map_err(failed)?;
     let address = http.local_addr().map_err(|fault| Error::Failed(fault.to_string()))?;
     let threads = embedded::threads(config.workers, config.threads);
-    let service = service::Config { store: config.store.clone(), ..service::Config::new(&config.data) };
+    let service = service::Config {
+        store: config.store.clone(),
+        blobs: config.blobs.clone(),
+        blob_grace: config.blob_grace,
+        keep_jobs: config.keep_jobs,
+        ..service::Config::new(&config.data)
+    };
     let mut farm = Farm::start(service, grpc, &threads).await.map_err(failed)?;
     announce(&config.data, address, farm.grpc())?;
 

@@ -152,6 +152,11 @@ pub enum Change {
         /// Which of the two.
         paused: bool,
     },
+    /// A job that is over is no longer kept, nor is anything of it.
+    Forgotten {
+        /// The job.
+        job: JobId,
+    },
     /// A worker connected.
     Worker {
         /// Its name for the farm.

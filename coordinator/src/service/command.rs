@@ -1,6 +1,7 @@
 //! What the loop can be asked to do.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use gradfarm_core::plan::Guide;
 use gradfarm_proto::convert::LeaseName;
@@ -19,6 +20,8 @@ pub(crate) enum Command {
     Cancel { job: JobId, reply: oneshot::Sender<Result<(), Error>> },
     /// Pause a job, or let it go on.
     Pause { job: JobId, paused: bool, reply: oneshot::Sender<Result<(), Error>> },
+    /// Forget jobs that were over for so long.
+    Forget { keep: Duration },
     /// Look at the state; the closure answers by itself.
     Look(Box<dyn FnOnce(&mut Dispatcher) + Send>),
     /// A worker opened its stream.

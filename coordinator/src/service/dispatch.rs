@@ -36,18 +36,20 @@ pub(crate) struct Dispatcher {
     pub(super) roster: Roster,
     heartbeat: Duration,
     ttl: Duration,
+    /// Until then no lease runs out: the loop itself was held up.
+    patient_until: Timestamp,
     /// Jobs that are not over.
     open: BTreeSet<JobId>,
-    tokens: BTreeMap<String, JobId>,
-    watchers: BTreeMap<JobId, broadcast::Sender<JobEvent>>,
+    pub(super) tokens: BTreeMap<String, JobId>,
+    pub(super) watchers: BTreeMap<JobId, broadcast::Sender<JobEvent>>,
     store: Arc<dyn Store>,
     assembler: Assembler,
 }
 
 /// What one turn has gathered.
 #[derive(Default)]
-struct Turn {
-    changes: Vec<Change>,
+pub(super) struct Turn {
+    pub(super) changes: Vec<Change>,
     effects: Vec<Effect>,
 }
 
@@ -76,6 +78,7 @@ impl Dispatcher {
             roster: Roster::default(),
             heartbeat,
             ttl,
+            patient_until: clock.now(),
             open: BTreeSet::new(),
             tokens: BTreeMap::new(),
             watchers: BTreeMap::new(),
@@ -128,7 +131,12 @@ impl Dispatcher {
             self.expire(&mut turn);
             self.assign(&mut turn);
             if !turn.changes.is_empty() {
+                let before = self.now();
                 self.store.commit(&turn.changes).await?;
+                if before + self.heartbeat < self.now() {
+                    // Workers that were not heard meanwhile are not to blame.
+                    self.patient_until = self.now() + self.ttl;
+                }
             }
             self.finish(turn.effects);
         }
@@ -165,6 +173,7 @@ impl Dispatcher {
                 let outcome = self.pause(job, paused, turn);
                 turn.effects.push(answer(reply, outcome));
             }
+            Command::Forget { keep } => self.forget(keep, turn),
             Command::Look(look) => turn.effects.push(Effect::Look(look)),
             Command::Connect { hello, outbox, reply } => {
                 let key = self.connect(&hello, outbox, turn);
@@ -301,6 +310,9 @@ impl Dispatcher {
 
     fn expire(&mut self, turn: &mut Turn) {
         let now = self.now();
+        if now < self.patient_until {
+            return;
+        }
         let lapsed = |job: &Job| job.leased().any(|(_, unit)| matches!(unit.state, job::UnitState::Leased { until, .. } if until <= now));
         let due = |job: &Job| (lapsed(job), job.has_frames_out_of_time(now));
         let due: Vec<(JobId, (bool, bool))> =

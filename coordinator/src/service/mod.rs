@@ -10,6 +10,7 @@ mod handle;
 mod look;
 mod roster;
 mod submission;
+mod sweep;
 mod view;
 
 use std::fs::File;
@@ -20,6 +21,7 @@ use std::time::Duration;
 
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
+use tokio::task::JoinSet;
 
 pub use handle::Handle;
 pub use submission::{Frames, Submission};
@@ -31,9 +33,10 @@ use crate::error::Error;
 use crate::grpc;
 pub use crate::job::Seconds;
 use crate::job::{Errand, JobId};
-use crate::store::{Blobs, StoreUri};
+use crate::store::{BlobUri, GRACE as GRACE_OF_BLOBS, StoreUri};
 use command::Command;
 use dispatch::Dispatcher;
+use sweep::Sweeper;
 
 /// Commands that may wait for the loop before callers wait.
 const QUEUE: usize = 1024;
@@ -47,6 +50,12 @@ pub struct Config {
     pub state: PathBuf,
     /// Where jobs are kept; a SQLite file in the state folder if nothing else is said.
     pub store: Option<StoreUri>,
+    /// Where bytes are kept; the folder `blobs` in the state folder if nothing else is said.
+    pub blobs: Option<BlobUri>,
+    /// How long bytes are kept that nobody names.
+    pub blob_grace: Duration,
+    /// How long jobs are kept that are over; for ever if nothing is said.
+    pub keep_jobs: Option<Duration>,
     /// Whether what is acknowledged must survive a power cut. Off only for jobs that nobody would resume.
     pub durable: bool,
     /// How often workers must be heard.
@@ -58,7 +67,16 @@ pub struct Config {
 impl Config {
     /// The usual values for a state folder: durable, heartbeat 3 s, leases 15 s.
     pub fn new(state: impl Into<PathBuf>) -> Self {
-        Self { state: state.into(), store: None, durable: true, heartbeat: Duration::from_secs(3), lease_ttl: Duration::from_secs(15) }
+        Self {
+            state: state.into(),
+            store: None,
+            blobs: None,
+            blob_grace: GRACE_OF_BLOBS,
+            keep_jobs: None,
+            durable: true,
+            heartbeat: Duration::from_secs(3),
+            lease_ttl: Duration::from_secs(15),
+        }
     }
 }
 
@@ -79,6 +97,7 @@ pub struct Service {
     commands: mpsc::Receiver<Command>,
     dispatcher: Dispatcher,
     pending: Vec<(JobId, Errand)>,
+    sweeper: Sweeper,
     /// Held as long as the service lives; the system releases it even after a crash.
     _lock: File,
 }
@@ -98,14 +117,18 @@ impl Service {
             Err(std::fs::TryLockError::WouldBlock) => return Err(Error::InUse(folder)),
             Err(std::fs::TryLockError::Error(source)) => return Err(io(source)),
         }
-        let blobs = Blobs::in_folder(&config.state.join("blobs"), config.durable)?;
+        let blobs = config.blobs.unwrap_or_else(|| BlobUri::File(config.state.join("blobs")));
+        let blobs = blobs.open(config.durable)?.with_grace(config.blob_grace);
         let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable).await?;
         let (sender, commands) = mpsc::channel(QUEUE);
         let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new() };
-        let workshop = Workshop::new(handle.commands.downgrade(), store.clone(), blobs);
+        let commands_of_all = handle.commands.downgrade();
+        let workshop = Workshop::new(commands_of_all.clone(), store.clone(), blobs.clone());
+        let (grace, keep_jobs) = (config.blob_grace, config.keep_jobs);
+        let sweeper = Sweeper { store: store.clone(), blobs, commands: commands_of_all, grace, keep_jobs };
         let assembler = Box::new(move |job: &crate::job::Job, errand| workshop.take(job, errand));
         let (dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, assembler).await?;
-        Ok(Self { handle, commands, dispatcher, pending, _lock: lock })
+        Ok(Self { handle, commands, dispatcher, pending, sweeper, _lock: lock })
     }
 
     /// A handle to speak to the service. Calls wait until it runs.
@@ -119,7 +142,7 @@ impl Service {
     /// # Errors
     /// If the state can no longer be written, or the listener fails or is not on loopback.
     pub async fn run(self, listener: TcpListener, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
-        let Self { handle, commands, dispatcher, pending, _lock } = self;
+        let Self { handle, commands, dispatcher, pending, sweeper, _lock } = self;
         let address = listener.local_addr().map_err(|source| Error::Io { what: "listener".into(), source })?;
         if !address.ip().is_loopback() {
             return Err(Error::NotLoopback(address));
@@ -132,6 +155,9 @@ impl Service {
         let server = grpc::serve(listener, handle, stopped(stopping.clone()));
         let turns = dispatcher.run(pending, commands, stopped(stopping));
         tokio::pin!(server, turns, shutdown);
+        // Beside the loop, and over when this is.
+        let mut beside = JoinSet::new();
+        beside.spawn(sweeper.run());
         tracing::info!(%address, "serving workers");
         tokio::select! {
             () = &mut shutdown => {}

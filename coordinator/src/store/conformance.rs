@@ -68,6 +68,7 @@ suite!(
     done_jobs_come_without_units,
     windows_are_written_once_and_come_back,
     a_pause_is_kept,
+    what_is_forgotten_leaves_nothing,
     any_history_reads_the_same,
 );
 
@@ -270,6 +271,37 @@ async fn a_pause_is_kept(store: &dyn Store) {
         store.commit(&[Change::Paused { job, paused }]).await.unwrap();
         assert_eq!(store.jobs().await.unwrap()[0].paused, paused);
     }
+}
+
+async fn what_is_forgotten_leaves_nothing(store: &dyn Store) {
+    let mut record = record_with_windows();
+    record.client_token = Some("token".into());
+    let (job, worker) = (record.id, WorkerId::fresh());
+    let point =
+        Point { samples: 8, cpu_seconds: 1.0, wall_seconds: 1.0, check_seconds: 0.0, error: Estimate { relmse: 1.0, low: 0.0, high: 2.0 } };
+    let file = FileRecord { kind: FileKind::Png, blob: Digest::of(b"png"), size: 3 };
+    let other = record_with_windows();
+    let of_other = FileRecord { blob: Digest::of(b"other"), ..file };
+    store.commit(&[submitted(&other), Change::File { job: other.id, position: 0, file: of_other }]).await.unwrap();
+    let rows = [
+        submitted(&record),
+        Change::Frame { job, position: 0, frame: Box::new(Frame { points: vec![point], ..frame(FrameState::Rendering) }) },
+        leased(job, 0, 1, worker),
+        delivered(job, 0, 1),
+        leased(job, 1, 1, worker),
+        Change::File { job, position: 0, file },
+        Change::Window { job, window: 0, solved: Box::new(solved(3)) },
+    ];
+    store.commit(&rows).await.unwrap();
+    refused(store, Change::Forgotten { job }).await;
+    assert_eq!(store.files().await.unwrap().len(), 2);
+    let over = Change::Job { job, state: JobState::Cancelled, error: None, started: None, finished: Some(Timestamp::from_millis(9)) };
+    store.commit(&[over, Change::Forgotten { job }]).await.unwrap();
+    refused(store, Change::Forgotten { job }).await;
+    assert_eq!(store.jobs().await.unwrap().into_iter().map(|job| job.record).collect::<Vec<_>>(), [other]);
+    assert_eq!(store.files().await.unwrap(), [of_other.blob]);
+    assert_eq!((store.results(job, 0..9).await.unwrap(), store.file(job, 0, FileKind::Png).await.unwrap()), (vec![], None));
+    store.commit(&[submitted(&record)]).await.unwrap();
 }
 
 async fn done_jobs_come_without_units(store: &dyn Store) {

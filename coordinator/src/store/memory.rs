@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use async_trait::async_trait;
+use gradfarm_proto::Digest;
 
 use super::{Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, JobState, StoredJob, StoredUnit};
@@ -62,6 +63,10 @@ impl Store for Memory {
         let tables = self.tables();
         let rows = tables.units.range((job, units.start)..(job, units.end));
         Ok(rows.filter_map(|((_, unit), row)| Some((*unit, row.result?))).collect())
+    }
+
+    async fn files(&self) -> Result<Vec<Digest>, StoreError> {
+        Ok(self.tables().files.values().map(|file| file.blob).collect())
     }
 
     async fn file(&self, job: JobId, position: u32, kind: FileKind) -> Result<Option<FileRecord>, StoreError> {
@@ -132,6 +137,12 @@ impl Tables {
                 windows.insert(at, (*window, (**solved).clone()));
             }
             Change::Paused { job, paused } => self.jobs.get_mut(job)?.paused = *paused,
+            Change::Forgotten { job } => {
+                self.jobs.get(job).filter(|row| row.state.is_final())?;
+                self.jobs.remove(job);
+                self.units.retain(|(of, _), _| of != job);
+                self.files.retain(|(of, _, _), _| of != job);
+            }
             Change::Worker { .. } => {}
         }
         Some(())

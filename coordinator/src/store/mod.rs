@@ -8,6 +8,7 @@ mod blobs;
 mod conformance;
 mod memory;
 mod postgres;
+mod singleton;
 mod sql;
 mod sqlite;
 mod uri;
@@ -16,10 +17,12 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use async_trait::async_trait;
+use gradfarm_proto::Digest;
 
-pub use blobs::{BlobError, Blobs};
+pub use blobs::{BlobError, BlobUri, Blobs, GRACE, ParseBlobsError};
 pub use memory::Memory;
 pub use postgres::Postgres;
+pub use singleton::{Alone, Singleton};
 pub use sqlite::Sqlite;
 pub use uri::{ParseStoreError, StoreUri};
 
@@ -51,6 +54,21 @@ pub trait Store: Debug + Send + Sync {
     /// # Errors
     /// If the store cannot be read.
     async fn file(&self, job: JobId, position: u32, kind: FileKind) -> Result<Option<FileRecord>, StoreError>;
+
+    /// The contents of all files of all frames, in no order.
+    ///
+    /// # Errors
+    /// If the store cannot be read.
+    async fn files(&self) -> Result<Vec<Digest>, StoreError>;
+
+    /// Takes over work that one coordinator at a time does for all; nothing if another one does it. A store that has one writer has
+    /// nobody else.
+    ///
+    /// # Errors
+    /// If the store cannot be asked.
+    async fn alone(&self, _work: Singleton) -> Result<Option<Alone>, StoreError> {
+        Ok(Some(Alone::always()))
+    }
 }
 
 /// Why the store did not do as it was told.
@@ -111,6 +129,7 @@ impl StoreError {
             Change::File { job, position, file } => format!("{} file of frame {position} of job {job}", file.kind.name()),
             Change::Window { job, window, .. } => format!("window {window} of job {job}"),
             Change::Paused { job, paused } => format!("job {job} being {}", if *paused { "paused" } else { "resumed" }),
+            Change::Forgotten { job } => format!("end of job {job}"),
             Change::Worker { worker, .. } => format!("worker {worker}"),
         };
         Self::Conflict { change }

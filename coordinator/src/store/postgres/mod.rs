@@ -13,18 +13,21 @@ use std::ops::Range;
 use std::time::Duration;
 
 use async_trait::async_trait;
+use gradfarm_proto::Digest;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::{Connection as _, PgConnection, PgPool};
 use tokio::sync::Mutex;
 
 use super::sql::{Connection, read, write};
-use super::{Store, StoreError};
+use super::{Alone, Singleton, Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
 use session::Session;
 use transient::patiently;
 
 /// How long one try to commit may take. A transaction that hangs longer is given up and asked about again.
 const TRY: Duration = Duration::from_secs(20);
+/// The number that our locks have in common: "grad".
+const LOCKS: i32 = 0x6772_6164;
 /// Connections that read.
 const READERS: u32 = 4;
 
@@ -120,6 +123,22 @@ impl Store for Postgres {
             read::results(&mut Connection::Postgres(&mut connection), job, units.clone()).await
         })
         .await
+    }
+
+    async fn files(&self) -> Result<Vec<Digest>, StoreError> {
+        patiently("read files", || async {
+            let mut connection = self.readers.acquire().await?;
+            read::files(&mut Connection::Postgres(&mut connection)).await
+        })
+        .await
+    }
+
+    async fn alone(&self, work: Singleton) -> Result<Option<Alone>, StoreError> {
+        // The lock is the connection's, and goes with it, however that ends.
+        let mut connection = PgConnection::connect_with(&self.options).await?;
+        let query = sqlx::query_scalar("SELECT pg_try_advisory_lock($1, $2)").bind(LOCKS).bind(work.number());
+        let taken: bool = query.fetch_one(&mut connection).await?;
+        Ok(taken.then(|| Alone::with(connection)))
     }
 
     async fn file(&self, job: JobId, position: u32, kind: FileKind) -> Result<Option<FileRecord>, StoreError> {

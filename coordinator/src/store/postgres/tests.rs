@@ -51,6 +51,17 @@ async fn a_commit_whose_answer_was_lost_is_not_made_twice() {
     assert!(matches!(store.attempt(&mut None, 2, &[]).await, Err(StoreError::Fenced)));
 }
 
+#[tokio::test]
+async fn one_at_a_time_sweeps() {
+    let Some(options) = database().await else { return };
+    let store = Postgres::open(&options).await.unwrap();
+    let alone = store.alone(Singleton::Sweep).await.unwrap();
+    assert!(alone.is_some() && store.alone(Singleton::Sweep).await.unwrap().is_none());
+    drop(alone);
+    // The server notices that the connection is gone a moment later.
+    while store.alone(Singleton::Sweep).await.unwrap().is_none() {}
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_server_that_goes_away_and_comes_back_costs_nothing_but_time() {
     let Some(server) = tokio::task::spawn_blocking(Server::start).await.unwrap() else { return };

@@ -8,7 +8,7 @@ use gradfarm_core::film::Statistics;
 use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::{Plan, by_name};
 use gradfarm_core::reconstruction::SolveReport;
-use gradfarm_proto::v1;
+use gradfarm_proto::{Digest, v1};
 use prost::Message;
 
 use super::{Connection, Row, Statement};
@@ -91,6 +91,17 @@ pub(in crate::store) async fn results(
     };
     connection.each(query.bytes(&job.to_bytes()).integer(units.start).integer(units.end), each).await?;
     Ok(results)
+}
+
+/// The contents of all files.
+pub(in crate::store) async fn files(connection: &mut Connection<'_>) -> Result<Vec<Digest>, StoreError> {
+    let mut files = Vec::new();
+    let each = |row: Row| {
+        files.push(row.digest("blob")?);
+        Ok(())
+    };
+    connection.each(Statement::new("SELECT blob FROM files"), each).await?;
+    Ok(files)
 }
 
 /// A file of a frame.

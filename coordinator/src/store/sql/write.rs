@@ -101,6 +101,7 @@ pub(in crate::store) async fn make(connection: &mut Connection<'_>, change: &Cha
             let query = Statement::new("UPDATE jobs SET paused = $2 WHERE id = $1").bytes(&job.to_bytes()).integer(*paused);
             connection.execute(query).await?
         }
+        Change::Forgotten { job } => forget(connection, *job).await?,
         Change::Worker { worker, name, version, threads, at } => {
             let insert = "INSERT INTO workers (id, name, version, threads, connected) VALUES ($1, $2, $3, $4, $5)
                           ON CONFLICT (id) DO UPDATE SET connected = excluded.connected";
@@ -198,4 +199,26 @@ async fn end_lease(connection: &mut Connection<'_>, job: JobId, unit: u32) -> Re
     let query = Statement::new("DELETE FROM leases WHERE job = $1 AND unit = $2").bytes(&job.to_bytes()).integer(unit);
     connection.execute(query).await?;
     Ok(())
+}
+
+/// Removes a job that is over, from its leaves to its root.
+async fn forget(connection: &mut Connection<'_>, job: JobId) -> Result<u64, StoreError> {
+    let over = "SELECT 1 FROM jobs WHERE id = $1 AND state IN ('done', 'failed', 'cancelled')";
+    if connection.first(Statement::new(over).bytes(&job.to_bytes())).await?.is_none() {
+        return Ok(0);
+    }
+    let parts = [
+        "DELETE FROM points WHERE job = $1",
+        "DELETE FROM files WHERE job = $1",
+        "DELETE FROM shares WHERE job = $1",
+        "DELETE FROM windows WHERE job = $1",
+        "DELETE FROM leases WHERE job = $1",
+        "DELETE FROM results WHERE job = $1",
+        "DELETE FROM units WHERE job = $1",
+        "DELETE FROM frames WHERE job = $1",
+    ];
+    for part in parts {
+        connection.execute(Statement::new(part).bytes(&job.to_bytes())).await?;
+    }
+    connection.execute(Statement::new("DELETE FROM jobs WHERE id = $1").bytes(&job.to_bytes())).await
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use async_trait::async_trait;
+use gradfarm_proto::Digest;
 use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
@@ -69,6 +70,11 @@ impl Store for Sqlite {
     async fn results(&self, job: JobId, units: Range<u32>) -> Result<Vec<(u32, DeliveredRecord)>, StoreError> {
         let mut connection = self.readers.acquire().await?;
         read::results(&mut Connection::Sqlite(&mut connection), job, units).await
+    }
+
+    async fn files(&self) -> Result<Vec<Digest>, StoreError> {
+        let mut connection = self.readers.acquire().await?;
+        read::files(&mut Connection::Sqlite(&mut connection)).await
     }
 
     async fn file(&self, job: JobId, position: u32, kind: FileKind) -> Result<Option<FileRecord>, StoreError> {

@@ -1,0 +1,77 @@
+//! The farm on a database server and an S3 storage: the same bits as on files, whatever goes away for a while.
+
+#![cfg(unix)]
+
+use std::time::Duration;
+
+use gradfarm_core::plan::Technique;
+use gradfarm_tests::farm::{Coordinator, Job, PATIENCE, With, wait_for};
+use gradfarm_tests::{postgres, s3};
+
+const JOB: Job = Job {
+    scene: include_str!("../scenes/cornell-box.json"),
+    width: 80,
+    height: 60,
+    samples: 128,
+    tile: 16,
+    rounds: 1,
+    technique: Technique::Gpt,
+};
+/// 5 × 4 tiles, 8 sample ranges each.
+const UNITS: u64 = 160;
+
+/// How long the database is away: a few seconds, or as many as `GRADFARM_AWAY` says.
+fn away() -> Duration {
+    Duration::from_secs(std::env::var("GRADFARM_AWAY").ok().and_then(|seconds| seconds.parse().ok()).unwrap_or(4))
+}
+
+fn with(database: &str, storage: &s3::Server, more: &[&str]) -> With {
+    let blobs = format!("s3://{}/farm", s3::Server::BUCKET);
+    let arguments = ["--store", database, "--blobs", &blobs].into_iter().chain(more.iter().copied()).map(str::to_owned).collect();
+    With { arguments, environment: storage.environment().into() }
+}
+
+#[test]
+fn a_database_and_a_storage_that_go_away_cost_nothing_but_time() {
+    let Some(mut database) = postgres::Server::start() else { return };
+    let storage = s3::Server::start();
+    let mut coordinator = Coordinator::start_with(with(&database.database(), &storage, &[]));
+    let _workers = [coordinator.worker(1), coordinator.worker(1)];
+    let job = coordinator.submit(&JOB);
+    let done = coordinator.wait_for_units(&job, 10);
+    assert!(done < UNITS, "{done} units were done before anything went away");
+    database.stop();
+    std::thread::sleep(away());
+    database.restart();
+    coordinator.wait_for_units(&job, 30);
+    storage.fail(20);
+    storage.lose_answers(3);
+    wait_for("the faults of the storage", PATIENCE, || (storage.faults_left() == 0).then_some(()));
+    coordinator.wait_for_units(&job, 60);
+    coordinator.crash_and_restart();
+    let image = coordinator.image(&job);
+    JOB.reference().assert_same_bits(&image);
+    assert_eq!(coordinator.units_done(&job), UNITS);
+    coordinator.crash_and_restart();
+    assert_eq!(coordinator.image(&job), image, "a finished job stays as it was");
+}
+
+#[test]
+fn what_nobody_needs_is_removed_from_the_storage_and_the_database() {
+    let storage = s3::Server::start();
+    let Some(database) = postgres::shared() else { return };
+    let with = with(&database.database(), &storage, &["--blob-grace", "1s", "--keep-jobs", "30s"]);
+    let coordinator = Coordinator::start_with(with);
+    let _worker = coordinator.worker(2);
+    let job = coordinator.submit(&Job { samples: 16, ..JOB });
+    let image = coordinator.image(&job);
+    let objects = || {
+        let folders = std::fs::read_dir(storage.folder().join("farm")).unwrap();
+        folders.map(|folder| std::fs::read_dir(folder.unwrap().path()).unwrap().count()).sum::<usize>()
+    };
+    // A description, a manifest, three files: the results go once the frame is there.
+    wait_for("the end of the results", PATIENCE, || (objects() == 5).then_some(()));
+    assert_eq!(coordinator.image(&job), image);
+    wait_for("the end of the job", PATIENCE, || coordinator.ask(&["status", &job]).is_err().then_some(()));
+    wait_for("the end of its files", PATIENCE, || (objects() == 0).then_some(()));
+}
