@@ -60,15 +60,16 @@ fn a_render_that_falls_short_says_how_far_it_got() {
     let report = last_json(&output);
     assert_eq!(report["accuracy"]["stopped"], "seconds");
     assert!(report["samples"].as_u64().unwrap() >= 16);
+    // In rounds, which double: beyond the first 64 samples.
+    let output = render(&["--error", "0.005", "--rounds", "8", "--json", "--technique", "gpt"]);
+    assert_code(&output, 0);
+    let report = last_json(&output);
+    assert_eq!((&report["accuracy"]["stopped"], report["samples"].as_u64().unwrap() > 64), (&"error".into(), true), "{report}");
     // Without anything asked there is still one point, and what it says.
     let output = render(&["--samples", "4", "--json"]);
     assert_eq!(last_json(&output)["accuracy"]["points"].as_array().unwrap().len(), 1);
 
-    for (wrong, expected) in [
-        (&["--error", "0"][..], "above 0"),
-        (&["--error", "0.1", "--rounds", "2"], "try one round"),
-        (&["--accuracy", "curve.png"], "end in .svg"),
-    ] {
+    for (wrong, expected) in [(&["--error", "0"][..], "above 0"), (&["--accuracy", "curve.png"], "end in .svg")] {
         let output = render(wrong);
         assert_code(&output, 2);
         assert!(stderr(&output).contains(expected), "{wrong:?}: {}", stderr(&output));
@@ -127,7 +128,7 @@ async fn what_was_not_measured_is_not_plotted() {
     assert_eq!((&accuracy["points"], &accuracy["expected_samples"], &accuracy["most_samples"]), (&json!([]), &json!(32), &json!(65536)));
     assert_eq!(client.get(server.url(&format!("/jobs/{id}/frames/0/accuracy.svg"))).send().await.unwrap().status(), 409);
     let wrong = [(json!({ "error": -1 }), 400), (json!({ "seconds": 0 }), 400), (json!({ "curve": 3 }), 400)];
-    for (wrong, status) in wrong.into_iter().chain([(json!({ "error": 0.1, "rounds": 3 }), 422)]) {
+    for (wrong, status) in wrong.into_iter().chain([(json!({ "error": 0.1, "technique": "reuse", "rounds": 3 }), 422)]) {
         assert_eq!(post(wrong.clone()).await.unwrap().status(), status, "{wrong}");
     }
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use gradfarm_core::film::{Film, Image};
 use gradfarm_core::output::exr;
-use gradfarm_core::plan::{self, Plan, Request, Technique};
+use gradfarm_core::plan::{self, Plan, Request, Stop, Technique};
 use gradfarm_core::reconstruction::{Reconstructed, reconstruct};
 use gradfarm_core::scene::{NoAssets, Scene, SceneDescription};
 use serde_json::Value;
@@ -205,17 +205,20 @@ impl Job {
     /// What the core alone makes of this job, without any farm: once for each process.
     pub fn reference(&self) -> &'static Reference {
         static REFERENCE: OnceLock<Reference> = OnceLock::new();
-        REFERENCE.get_or_init(|| {
-            let description = SceneDescription::from_json(self.scene, "scene").unwrap();
-            let extent = gradfarm_core::lattice::Extent { width: self.width, height: self.height };
-            let technique = Some(self.technique);
-            let (samples, rounds) = (Some(self.samples), Some(self.rounds));
-            let request = Request { technique, samples, extent: Some(extent), seed: 11, rounds, ..Request::default() };
-            let plan: Plan = plan::resolve(&description, &request).unwrap();
-            let film = frame::render(&Scene::compile(&description, &NoAssets).unwrap(), &plan).unwrap();
-            let image = reconstruct(&film, plan.reconstruction, plan.alpha).unwrap();
-            Reference { film, image }
-        })
+        REFERENCE.get_or_init(|| self.rendered(Stop::default()))
+    }
+
+    /// The same, rendered now, of a job that is checked on the way by this rule.
+    pub fn rendered(&self, stop: Stop) -> Reference {
+        let description = SceneDescription::from_json(self.scene, "scene").unwrap();
+        let extent = gradfarm_core::lattice::Extent { width: self.width, height: self.height };
+        let technique = Some(self.technique);
+        let (samples, rounds) = (Some(self.samples), Some(self.rounds));
+        let request = Request { technique, samples, extent: Some(extent), seed: 11, rounds, stop, ..Request::default() };
+        let plan: Plan = plan::resolve(&description, &request).unwrap();
+        let film = frame::render(&Scene::compile(&description, &NoAssets).unwrap(), &plan).unwrap();
+        let image = reconstruct(&film, plan.reconstruction, plan.alpha).unwrap();
+        Reference { film, image }
     }
 }
 

@@ -2,13 +2,14 @@
 
 use gradfarm_core::accuracy::{Estimate, Point, Reason, Verdict, first_check, verdict};
 use gradfarm_core::film::{FoldError, FrameFold, TileFold};
-use gradfarm_core::lattice::{Moment, Tile};
+use gradfarm_core::lattice::Tile;
 use gradfarm_core::metrics::rel_mse;
-use gradfarm_core::plan::{Plan, WorkUnit};
+use gradfarm_core::plan::{Guide, Plan};
 use gradfarm_core::reconstruction::{ReconstructError, Reconstructed, reconstruct};
-use gradfarm_core::render::render_unit;
 use gradfarm_core::scene::Scene;
 use rayon::prelude::*;
+
+use crate::frame;
 
 /// Edge of the tiles [pixels].
 const TILE: u32 = 8;
@@ -28,7 +29,9 @@ pub struct Growing<'a> {
     scene: &'a Scene,
     plan: &'a Plan,
     tiles: Vec<Tile>,
-    folds: Vec<TileFold>,
+    /// All samples of each tile, and the even ones alone, which steer.
+    folds: Vec<[TileFold; 2]>,
+    guides: Vec<Guide>,
     samples: u32,
 }
 
@@ -44,11 +47,11 @@ pub struct Stopped {
 }
 
 impl<'a> Growing<'a> {
-    /// A frame without samples. The plan has one round.
+    /// A frame without samples. The plan has one round, or a rule that makes its rounds double.
     pub fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
         let (tiles, layout) = (plan.extent.tiles(TILE), plan.layout());
-        let folds = tiles.iter().map(|tile| TileFold::new(*tile, &layout)).collect();
-        Self { scene, plan, tiles, folds, samples: 0 }
+        let folds = tiles.iter().map(|tile| [(); 2].map(|()| TileFold::new(*tile, &layout))).collect();
+        Self { scene, plan, tiles, folds, guides: Vec::new(), samples: 0 }
     }
 
     /// Renders the passes up to so many samples per pixel, and reconstructs what is there.
@@ -56,18 +59,34 @@ impl<'a> Growing<'a> {
     /// # Errors
     /// [`Fault`].
     pub fn grow(&mut self, samples: u32) -> Result<Reconstructed, Fault> {
-        let passes = self.plan.sample_ranges();
-        for pass in passes.iter().filter(|pass| pass.first >= self.samples && pass.end() <= samples) {
-            let render = |(fold, tile): (&mut TileFold, &Tile)| {
-                fold.add(&render_unit(self.scene, self.plan, &WorkUnit { moment: Moment::of(0), tile: *tile, samples: *pass }))
+        let passes = self.plan.passes();
+        for pass in passes.iter().filter(|pass| pass.samples.first >= self.samples && pass.samples.end() <= samples) {
+            let round = self.guides.len() as u32 + 1;
+            if round < self.plan.rounds && pass.samples.first == self.plan.steered_until(round) {
+                let noise = self.frame(1)?.noise().map_err(Fault::Fold)?;
+                self.guides.push(Guide::new(self.plan, 0, round, &noise, &self.guides));
+            }
+            let render = |([all, even], tile): (&mut [TileFold; 2], &Tile)| {
+                let block = frame::block(self.scene, self.plan, *tile, pass, &self.guides);
+                if pass.slice.is_none() {
+                    even.add(&block)?
+                } else {
+                    even.skip(pass.samples)
+                }
+                all.add(&block)
             };
             self.folds.par_iter_mut().zip(&self.tiles).try_for_each(render).map_err(Fault::Fold)?;
         }
         self.samples = samples;
-        let mut frame = FrameFold::new(self.plan.extent, &self.plan.layout());
-        self.folds.iter().try_for_each(|fold| frame.place(fold)).map_err(Fault::Fold)?;
-        let film = frame.finish().map_err(Fault::Fold)?;
+        let film = self.frame(0)?.finish().map_err(Fault::Fold)?;
         reconstruct(&film, self.plan.reconstruction, self.plan.alpha).map_err(Fault::Reconstruct)
+    }
+
+    /// The whole frame as it is, of all samples or of those that steer.
+    fn frame(&self, which: usize) -> Result<FrameFold, Fault> {
+        let mut frame = FrameFold::new(self.plan.extent, &self.plan.layout());
+        self.folds.iter().try_for_each(|folds| frame.place(&folds[which])).map_err(Fault::Fold)?;
+        Ok(frame)
     }
 }
 

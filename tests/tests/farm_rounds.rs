@@ -2,7 +2,7 @@
 
 #![cfg(unix)]
 
-use gradfarm_core::plan::Technique;
+use gradfarm_core::plan::{Stop, Technique};
 use gradfarm_tests::farm::{Coordinator, Job};
 
 const JOB: Job = Job {
@@ -46,6 +46,37 @@ fn a_coordinator_killed_between_rounds_goes_on_where_it_stopped() {
     let image = coordinator.image(&job);
     assert_eq!(coordinator.units_done(&job), UNITS);
     JOB.reference().assert_same_bits(&image);
+    drop(workers);
+}
+
+#[test]
+fn a_rule_in_rounds_gives_the_same_bits_whoever_renders_and_whoever_dies() {
+    let job = Job { width: 48, height: 36, samples: 1000, rounds: 5, ..JOB };
+    let rule: &[&str] = &["--error", "0.01"];
+    let mut coordinator = Coordinator::start();
+    let mut workers = vec![coordinator.worker(1)];
+    let alone = coordinator.submit_with(&job, rule);
+    let image = coordinator.image(&alone);
+    let frame = coordinator.job(&alone)["frames"][0].clone();
+    assert_eq!(frame["stopped"], "error", "{frame}");
+    let samples = frame["samples_per_pixel"].as_u64().unwrap();
+    // Beyond the first round, so a guide was made; as many samples with the curve alone are the same image.
+    assert!((80..1000).contains(&samples), "{samples} samples");
+    let reference = Job { samples: samples as u32, ..job }.rendered(Stop { curve: true, ..Stop::default() });
+    reference.assert_same_bits(&image);
+
+    workers.extend([coordinator.worker(1), coordinator.worker(1)]);
+    let together = coordinator.submit_with(&Job { tile: 12, ..job }, rule);
+    reference.assert_same_bits(&coordinator.image(&together));
+
+    // Nine units to a pass: killed in the first round, while its guide is made or just after it, and among guided units.
+    let hurt = coordinator.submit_with(&job, rule);
+    for least in [20, 37, 42] {
+        let done = coordinator.wait_for_units(&hurt, least);
+        coordinator.crash_and_restart();
+        assert!(coordinator.units_done(&hurt) >= done.min(samples / 16 * 9));
+    }
+    reference.assert_same_bits(&coordinator.image(&hurt));
     drop(workers);
 }
 

@@ -4,7 +4,7 @@
 
 use gradfarm_core::film::{Film, FrameFold, Noise, TileFold};
 use gradfarm_core::lattice::{Extent, Moment};
-use gradfarm_core::plan::{Plan, Request, Technique, WorkUnit};
+use gradfarm_core::plan::{Plan, Request, Stop, Technique, WorkUnit};
 use gradfarm_core::render::render_unit;
 use gradfarm_tests::frame::{render, render_steered};
 use gradfarm_tests::scenes::{compile, plan};
@@ -79,6 +79,11 @@ fn greedy(noise: [Noise; 2]) -> [Noise; 2] {
     })
 }
 
+/// Rounds that double, as they do where frames are checked on the way: 8 samples, then 2 even ones and 6 more.
+fn doubling(plan: Plan) -> Plan {
+    Plan { batch: 2, stop: Stop { curve: true, ..Stop::default() }, ..plan }
+}
+
 fn selfish(noise: [Noise; 2]) -> [Noise; 2] {
     let [a, b] = greedy(noise);
     [b, a]
@@ -97,6 +102,7 @@ fn films_in_rounds_are_unbiased_and_self_steering_would_be_seen() {
         all.agrees(LEVEL) && sum.agrees(LEVEL)
     };
     assert!(compare(measured(10_000..22_000, |seed| render_steered(&scene, &in_rounds(seed), 8, greedy).unwrap())));
+    assert!(compare(measured(50_000..62_000, |seed| render_steered(&scene, &doubling(in_rounds(seed)), 8, greedy).unwrap())));
     // Each half steered by itself: values that happen to be large get more samples, which make them small again.
     assert!(!compare(measured(30_000..42_000, |seed| render_steered(&scene, &in_rounds(seed), 8, selfish).unwrap())));
 }
@@ -111,6 +117,11 @@ fn tiles_leave_no_trace_and_samples_go_where_noise_is() {
         for edge in [5, 32] {
             assert_eq!(film, render_steered(&scene, &plan, edge, |noise| noise).unwrap(), "{technique:?}, tiles of {edge}");
         }
+        let checked = Plan { samples: 120, ..doubling(plan.clone()) };
+        let grown = render_steered(&scene, &checked, 8, |noise| noise).unwrap();
+        assert_eq!(grown, render_steered(&scene, &checked, 32, |noise| noise).unwrap(), "{technique:?}, rounds that double");
+        let counts = grown.counts.as_ref().unwrap().data();
+        assert!(counts.iter().all(|n| *n >= 36.0) && counts.iter().any(|n| *n > 150.0), "most are placed");
         let counts = film.counts.as_ref().unwrap().data();
         let sum: f64 = counts.iter().map(|n| f64::from(*n)).sum();
         assert_eq!(sum, 65.0 * extent.pixels() as f64, "as many samples as planned");

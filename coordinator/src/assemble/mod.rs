@@ -168,7 +168,8 @@ impl Workshop {
     /// The guide of a round: a pure function of the results that steer it, so after a crash it is simply made again.
     async fn guide(&self, task: Task, round: u32, before: Vec<Arc<Guide>>) -> Result<Guide, AssembleError> {
         let passes = (round as usize).checked_sub(1).and_then(|at| task.split.steering().get(at)).copied().unwrap_or(0);
-        let (frames, _) = stitch::fold(&task, &[stitch::Part::Whole], passes, self.store.as_ref(), &self.blobs).await?;
+        let steers = |pass| task.split.steers(pass, round);
+        let (frames, _) = stitch::fold(&task, &[stitch::Part::Whole], passes, steers, self.store.as_ref(), &self.blobs).await?;
         let frame = frames.into_iter().next().ok_or(AssembleError::Nothing)?;
         let make = move || {
             let number = task.split.moments()[task.position as usize].first;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use bytes::Bytes;
 use futures::{StreamExt, TryStreamExt, stream};
 use gradfarm_core::film::{Film, FrameFold, PlaneKind, Statistics, TileFold};
-use gradfarm_core::lattice::Tile;
+use gradfarm_core::lattice::{SampleRange, Tile};
 use gradfarm_core::reconstruction::window::MomentFilm;
 use gradfarm_proto::{block, limits};
 
@@ -56,7 +56,7 @@ pub(super) async fn moment(
 ) -> Result<(MomentFilm, Option<Stitched>), AssembleError> {
     let start = Instant::now();
     let parts: &[Part] = if whole { &[Part::Even, Part::Odd, Part::Whole] } else { &[Part::Even, Part::Odd] };
-    let (mut frames, tiles) = fold(task, parts, task.passes, store, blobs).await?;
+    let (mut frames, tiles) = fold(task, parts, task.passes, |_| true, store, blobs).await?;
     let all = if whole { frames.pop() } else { None };
     let finishing = move || {
         let copies = frames.into_iter().map(FrameFold::finish).collect::<Result<Vec<Film>, _>>()?;
@@ -71,19 +71,20 @@ pub(super) async fn moment(
 /// Reads the results of a frame, as far as it goes, and adds them up.
 pub(super) async fn stitch(task: &Task, store: &dyn Store, blobs: &Blobs) -> Result<Stitched, AssembleError> {
     let start = Instant::now();
-    let (frames, tiles) = fold(task, &[Part::Whole], task.passes, store, blobs).await?;
+    let (frames, tiles) = fold(task, &[Part::Whole], task.passes, |_| true, store, blobs).await?;
     let finishing = move || frames.into_iter().next().map(FrameFold::finish).transpose();
     let film = tokio::task::spawn_blocking(finishing).await??.ok_or(AssembleError::Nothing)?;
     Ok(Stitched { film, tiles, seconds: start.elapsed().as_secs_f64() })
 }
 
-/// Reads the results of a frame's first `passes` passes, each once, and adds up parts of them: what each part makes of the frame, and what was
-/// counted in each tile for the last part. As many tiles are
-/// in the making as there are cores; each holds its sums in f64 and one block at a time.
+/// Reads the results of those of a frame's first `passes` passes that are `wanted`, each once, and adds up parts of them: what each part makes
+/// of the frame, and what was counted in each tile for the last part. As many tiles are in the making as there are cores; each holds its sums
+/// in f64 and one block at a time.
 pub(super) async fn fold(
     task: &Task,
     parts: &[Part],
     passes: u32,
+    wanted: impl Fn(u32) -> bool,
     store: &dyn Store,
     blobs: &Blobs,
 ) -> Result<(Vec<FrameFold>, Vec<(Tile, Statistics)>), AssembleError> {
@@ -99,7 +100,10 @@ pub(super) async fn fold(
     let mut tiles = Vec::with_capacity(task.split.tiles().len());
     for (index, tile) in task.split.tiles().iter().enumerate() {
         let unit = |pass| result(task.split.unit(Place { frame: task.position, pass, tile: index as u32 }));
-        tiles.push(fold_tile(*tile, layout.clone(), parts, (0..passes).map(unit).collect::<Result<_, _>>()?, blobs.clone()));
+        let run = |(pass, samples): (u32, SampleRange)| if wanted(pass) { unit(pass).map(Run::Add) } else { Ok(Run::Skip(samples)) };
+        let samples = task.split.passes().iter().map(|pass| pass.samples);
+        let runs = (0..passes).zip(samples).map(run).collect::<Result<_, _>>()?;
+        tiles.push(fold_tile(*tile, layout.clone(), parts, runs, blobs.clone()));
     }
     let mut folds = stream::iter(tiles).buffered(cores);
     let mut counted = Vec::with_capacity(task.split.tiles().len());
@@ -113,17 +117,30 @@ pub(super) async fn fold(
     Ok((frames, counted))
 }
 
+/// A tile's next samples.
+enum Run {
+    /// The unit that has them, and its result.
+    Add((u32, DeliveredRecord)),
+    /// They are left out.
+    Skip(SampleRange),
+}
+
 async fn fold_tile(
     tile: Tile,
     layout: Vec<PlaneKind>,
     parts: &[Part],
-    units: Vec<(u32, DeliveredRecord)>,
+    runs: Vec<Run>,
     blobs: Blobs,
 ) -> Result<Vec<TileFold>, AssembleError> {
     let mut folds: Vec<(Part, TileFold)> = parts.iter().map(|part| (*part, TileFold::new(tile, &layout))).collect();
-    for (pass, (unit, result)) in units.into_iter().enumerate() {
-        let bytes = blobs.get(result.blob).await?;
-        folds = tokio::task::spawn_blocking(move || add(folds, pass, unit, result, &bytes)).await??;
+    for (pass, run) in runs.into_iter().enumerate() {
+        match run {
+            Run::Add((unit, result)) => {
+                let bytes = blobs.get(result.blob).await?;
+                folds = tokio::task::spawn_blocking(move || add(folds, pass, unit, result, &bytes)).await??;
+            }
+            Run::Skip(samples) => folds.iter_mut().for_each(|(_, fold)| fold.skip(samples)),
+        }
     }
     Ok(folds.into_iter().map(|(_, fold)| fold).collect())
 }

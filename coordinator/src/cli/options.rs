@@ -53,7 +53,8 @@ pub(super) struct RenderOptions {
     /// Most links of a pixel to similar ones, for technique graph [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(LINKS)))]
     links: Option<u32>,
-    /// Rounds in which samples are placed where the noise is; 1 places them evenly [default: 1]
+    /// Rounds in which samples are placed where the noise is; 1 places them evenly [default: 1]. With --error, --seconds or --curve rounds
+    /// double, from 64 samples on, and this is the most of them
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(ROUNDS)))]
     rounds: Option<u32>,
     /// Stop each frame when its estimated relMSE is this or less, and the estimate is trusted

@@ -59,7 +59,13 @@ impl Plan {
             if plan.clamp { ", negative values set to zero" } else { "" }
         ))?;
         terminal::line(format_args!("samples         {} per pixel, in runs of {}", plan.samples, plan.batch))?;
-        if plan.rounds > 1 {
+        if plan.rounds_double() {
+            terminal::line(format_args!(
+                "rounds          {} at most, each as long as all before it: a quarter of it for every pixel, the rest on average where the \
+                 noise is",
+                plan.rounds
+            ))?;
+        } else if plan.rounds > 1 {
             let even = plan.even_before(plan.rounds);
             let guided = plan.samples - even;
             terminal::line(format_args!(

@@ -4,8 +4,17 @@ use std::sync::Arc;
 
 use gradfarm_core::plan::Guide;
 
-use super::action::Errand;
+use super::Job;
+use super::action::{Action, Errand};
 use crate::schedule::Split;
+
+impl Job {
+    /// The next guide of a frame, if it is to be made now.
+    pub(super) fn next_guide(&mut self, position: u32) -> Option<Action> {
+        let needed = self.split.guides_within(self.split.passes_within(self.frames[position as usize].goal));
+        self.guides[position as usize].next(position, needed).map(Action::Do)
+    }
+}
 
 /// What a frame knows of its guides. Nothing of it is stored: guides are made again from results.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,7 +29,8 @@ pub(super) struct FrameGuides {
 impl FrameGuides {
     /// Those of a frame that nothing was done for.
     pub(super) fn waiting(split: &Split) -> Self {
-        let missing = split.steering().iter().map(|passes| passes * split.tiles().len() as u32).collect();
+        let steer = |round| (0..split.passes().len() as u32).filter(|pass| split.steers(*pass, round)).count() as u32;
+        let missing = (1..=split.steering().len() as u32).map(|round| steer(round) * split.units_per_pass()).collect();
         Self { made: Vec::new(), asked: 0, missing }
     }
 
@@ -36,16 +46,17 @@ impl FrameGuides {
 
     /// A unit of this pass is done.
     pub(super) fn done(&mut self, split: &Split, pass: u32) {
-        for (missing, steering) in self.missing.iter_mut().zip(split.steering()) {
-            if pass < *steering {
+        for (missing, round) in self.missing.iter_mut().zip(1..) {
+            if split.steers(pass, round) {
                 *missing = missing.saturating_sub(1);
             }
         }
     }
 
-    /// The next guide to make, once: when all that steers it is there, and the guides before it.
-    pub(super) fn next(&mut self, frame: u32) -> Option<Errand> {
-        let due = !self.in_the_making() && self.missing.get(self.made.len()) == Some(&0);
+    /// The next guide to make, once: when all that steers it is there, and the guides before it, and the frame goes so far as to need it:
+    /// `needed` of them in all.
+    pub(super) fn next(&mut self, frame: u32, needed: usize) -> Option<Errand> {
+        let due = !self.in_the_making() && self.made.len() < needed && self.missing.get(self.made.len()) == Some(&0);
         due.then(|| {
             self.asked += 1;
             Errand::Guide { frame, round: self.asked }

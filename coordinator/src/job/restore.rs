@@ -15,7 +15,8 @@ use crate::schedule::{Split, TooManyUnits};
 impl Job {
     /// The job as it was when the last change became durable, and what was still to be done.
     ///
-    /// Windows that were being solved are begun again. Guides are not stored: those that were there are asked for again, one after the other. Leases live on for `ttl` from `now`, so that workers who come back keep theirs. Sums of frames are counted again from their
+    /// Windows that were being solved are begun again. Guides are not stored: those that were there are asked for again, one
+    /// after the other. Leases live on for `ttl` from `now`, so that workers who come back keep theirs. Sums of frames are counted again from their
     /// results, for they are only written when a frame is assembled.
     ///
     /// # Errors
@@ -73,7 +74,8 @@ impl Job {
             if !state.is_final() && frame.state == FrameState::Assembling {
                 actions.push(Action::Do(Errand::Assemble { frame: position }));
             }
-            actions.extend(guides.next(position).map(Action::Do));
+            let needed = split.guides_within(split.passes_within(frame.goal));
+            actions.extend(guides.next(position, needed).map(Action::Do));
         }
         let mut windows = JobWindows::waiting(&record.plan, split.frames());
         for (window, solved) in solved {

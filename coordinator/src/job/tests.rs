@@ -89,6 +89,12 @@ fn record_in_rounds() -> JobRecord {
     JobRecord { plan: Plan { rounds: 3, ..plan(8, 8, 24) }, ..record("in rounds") }
 }
 
+/// The same with a target: 2 frames of up to 13 passes × 4 tiles, in a first round of 4 and doublings of 4 and 8.
+pub(super) fn record_in_rounds_with_checks() -> JobRecord {
+    let stop = Stop { error: Some(0.01), ..Stop::default() };
+    JobRecord { plan: Plan { rounds: 3, stop, ..plan(8, 8, 200) }, ..record("in rounds with checks") }
+}
+
 /// A guide that spreads samples evenly.
 fn some_guide(plan: &Plan, round: u32) -> Guide {
     let image = || Image::new(plan.extent, 1);
@@ -227,8 +233,8 @@ impl History {
         let Some(frame) = self.job.guides.iter().position(FrameGuides::in_the_making) else { return };
         let (frame, split) = (frame as u32, self.job.split.clone());
         let made = self.job.guides(frame).len();
-        let steering = split.steering()[made];
-        for unit in (0..steering).flat_map(|pass| (0..4).map(move |tile| Place { frame, pass, tile })).map(|place| split.unit(place)) {
+        let steering = (0..split.passes().len() as u32).filter(|pass| split.steers(*pass, made as u32 + 1));
+        for unit in steering.flat_map(|pass| (0..4).map(move |tile| Place { frame, pass, tile })).map(|place| split.unit(place)) {
             assert!(matches!(self.job.unit(unit).unwrap().state, UnitState::Done { .. }), "a guide is asked for when its units are done");
         }
         let outcome = if works { Ok(Arc::new(some_guide(&self.job.record.plan, made as u32 + 1))) } else { Err("no memory".into()) };
@@ -357,8 +363,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn invariants_hold_through_any_history(steps in steps(), kind in 0..4) {
-        let records = [record("even"), record_in_rounds(), record_with_checks(), windows::record_with_windows()];
+    fn invariants_hold_through_any_history(steps in steps(), kind in 0..5) {
+        let records = [record("even"), record_in_rounds(), record_with_checks(), windows::record_with_windows(), record_in_rounds_with_checks()];
         let mut history = History::of(records[kind as usize].clone());
         for step in &steps {
             history.step(step);

@@ -12,16 +12,18 @@ use gradfarm_core::plan::{Pass, Plan, WorkUnit};
 /// farm's books is the one image that all frames of a moment show.
 ///
 /// Unit `((f · passes) + p) · tiles + t` is pass `p` over tile `t` of the job's `f`-th moment: a frame's first pass covers the whole image
-/// before its second one starts, so that an early look shows every pixel. Guided passes come last, in the order of their rounds, so
-/// that the units of a frame that need no guide beyond a certain round are its first ones. Moments come in the order of time, so the
+/// before its second one starts, so that an early look shows every pixel. Guided passes come last, in the order of their rounds, or, where
+/// rounds double, after the even ones of their round; so of a frame's units those that are open are always its first ones. Moments come in the order of time, so the
 /// window that is complete next is always the first one that is not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Split {
     moments: Arc<[Moment]>,
     tiles: Vec<Tile>,
     passes: Vec<Pass>,
-    /// For each guide of a frame, how many of its first passes steer it.
+    /// For each guide of a frame, how many passes come before its round. The even ones of them steer it.
     steering: Vec<u32>,
+    /// For each guide of a frame, the first pass that needs it.
+    guided: Vec<u32>,
 }
 
 /// Where a unit lies: positions, not frame numbers or pixels.
@@ -63,9 +65,12 @@ impl Split {
             return Err(TooManyUnits { found, most });
         }
         let passes = plan.passes();
-        let steers = |round| passes.partition_point(|pass| pass.slice.is_none() && pass.samples.end() <= plan.even_before(round)) as u32;
-        let steering = (1..plan.rounds).map(steers).collect();
-        Ok(Self { moments: moments.into(), tiles: plan.extent.tiles(edge), passes, steering })
+        let steers = |round| passes.partition_point(|pass| pass.samples.end() <= plan.steered_until(round)) as u32;
+        let rounds = passes.iter().filter_map(|pass| pass.slice).map(|slice| slice.round).max().unwrap_or(0);
+        let steering = (1..=rounds).map(steers).collect();
+        let needs = |round| passes.iter().position(|pass| pass.slice.is_some_and(|slice| slice.round >= round)).unwrap_or(passes.len());
+        let guided = (1..=rounds).map(|round| needs(round) as u32).collect();
+        Ok(Self { moments: moments.into(), tiles: plan.extent.tiles(edge), passes, steering, guided })
     }
 
     /// Number of moments: frames that are rendered.
@@ -104,15 +109,27 @@ impl Split {
         self.tiles.len() as u32
     }
 
-    /// For the guide of each round from 1 on, how many of a frame's first passes steer it. Empty where samples are placed evenly.
+    /// For the guide of each round from 1 on, among how many of a frame's first passes are those that steer it: the even ones. Empty where
+    /// samples are placed evenly.
     pub fn steering(&self) -> &[u32] {
         &self.steering
+    }
+
+    /// Whether a pass steers the guide of this round.
+    pub fn steers(&self, pass: u32, round: u32) -> bool {
+        let before = round.checked_sub(1).and_then(|at| self.steering.get(at as usize));
+        before.is_some_and(|before| pass < *before) && self.passes.get(pass as usize).is_some_and(|pass| pass.slice.is_none())
+    }
+
+    /// How many guides the first passes of a frame need.
+    pub fn guides_within(&self, passes: u32) -> usize {
+        self.guided.partition_point(|first| *first < passes)
     }
 
     /// The units of a frame, by its position, that can be rendered when the guides of so many rounds are there.
     pub fn open(&self, frame: u32, guides: usize) -> Range<u32> {
         let first = frame * self.units_per_frame();
-        let passes = self.passes.partition_point(|pass| pass.slice.is_none_or(|slice| slice.round as usize <= guides));
+        let passes = self.guided.get(guides).map_or(self.passes.len(), |pass| *pass as usize);
         first..first + (passes * self.tiles.len()) as u32
     }
 
@@ -265,9 +282,26 @@ pub(crate) mod tests {
         for (round, steering) in (1..).zip(split.steering()) {
             let samples: u32 = split.passes()[..*steering as usize].iter().map(|pass| pass.samples.count).sum();
             assert_eq!(samples, plan.even_before(round));
+            assert!((0..split.passes().len() as u32).all(|pass| split.steers(pass, round) == (pass < *steering)));
         }
+        assert_eq!([0, 4, 5, split.passes().len() as u32].map(|passes| split.guides_within(passes)), [0, 0, 1, 2]);
         let even = Split::new(&Plan { rounds: 1, ..plan }, &single(0..2), 4).unwrap();
         assert!(even.steering().is_empty() && even.open(1, 0).end == even.units());
+    }
+
+    #[test]
+    fn rounds_that_double_open_one_after_the_other() {
+        let stop = Stop { error: Some(0.01), ..Stop::default() };
+        let split = Split::new(&Plan { rounds: 9, stop, ..plan(8, 8, 300) }, &single(0..1), 4).unwrap();
+        // Four even passes, then one and three, two and six, and the even ones of the next doubling.
+        let passes = split.passes().len() as u32;
+        assert_eq!((passes, split.steering()), (19, &[4, 8, 16][..2]));
+        let open = [0, 1, 2].map(|guides| split.open(0, guides).len() as u32 / split.units_per_pass());
+        assert_eq!(open, [5, 10, passes]);
+        assert_eq!([5, 6, 10, 11, passes].map(|passes| split.guides_within(passes)), [0, 1, 1, 2, 2]);
+        let steered = |round| (0..passes).filter(|pass| split.steers(*pass, round)).collect::<Vec<_>>();
+        assert_eq!((steered(1), steered(2)), (vec![0, 1, 2, 3], vec![0, 1, 2, 3, 4]));
+        assert!(steered(0).is_empty() && steered(3).is_empty());
     }
 
     #[test]

@@ -245,12 +245,20 @@ fn rounds(request: &Request, technique: Technique, samples: u32, reasons: &mut V
             try_instead: format!("technique {} or {}, or one round", Technique::Pt.name(), Technique::Gpt.name()),
         });
     }
+    let steer = if technique.measures_gradients() { "primal and differences are" } else { "the primal is" };
+    if request.stop.has_checks() {
+        reasons.push(format!(
+            "{rounds} rounds at most: asked for; as nobody knows where the frame ends they double, and after {} samples a part of them go \
+             where {steer} noisiest for their brightness",
+            Plan::FIRST_ROUND
+        ));
+        return Ok(rounds);
+    }
     let most = samples / Plan::ROUND;
     if rounds > most {
         let expected = format!("1 to {} with {samples} samples per pixel, {} for each round", most.max(1), Plan::ROUND);
         return Err(PlanError::OutOfRange { what: "rounds", found: rounds.to_string(), expected });
     }
-    let steer = if technique.measures_gradients() { "primal and differences are" } else { "the primal is" };
     reasons.push(format!(
         "{rounds} rounds: asked for; after the first one samples go where {steer} noisiest for their brightness, and {samples} is their mean"
     ));

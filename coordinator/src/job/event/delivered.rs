@@ -32,9 +32,8 @@ pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, resu
     frame.seconds += Seconds { load: result.load, compile: result.compile, render: result.render, ..Seconds::default() };
     frame.seconds.render_span = frame.started.map_or(0.0, |started| now.seconds_since(started));
     actions.push(Action::Tell(News::Tile { frame: place.frame, tile: place.tile }));
-    let guides = &mut job.guides[place.frame as usize];
-    guides.done(&job.split, place.pass);
-    actions.extend(guides.next(place.frame).map(Action::Do));
+    job.guides[place.frame as usize].done(&job.split, place.pass);
+    actions.extend(job.next_guide(place.frame));
     if job.is_measured_now(place.frame) {
         actions.push(Action::Do(Errand::Measure { frame: place.frame }));
     } else if job.has_all_units(place.frame) {

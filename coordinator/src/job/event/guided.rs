@@ -20,7 +20,6 @@ pub(super) fn apply(job: &mut Job, position: u32, round: u32, outcome: Result<Ar
             return job.end(JobState::Failed, Some(error), now);
         }
     };
-    let guides = &mut job.guides[position as usize];
-    guides.take(guide);
-    guides.next(position).map(Action::Do).into_iter().collect()
+    job.guides[position as usize].take(guide);
+    job.next_guide(position).into_iter().collect()
 }

@@ -39,7 +39,7 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Measured, Stri
         Verdict::Continue { samples } => {
             frame.goal = samples;
             job.open_to_goal(position);
-            vec![job.kept_frame(position)]
+            std::iter::once(job.kept_frame(position)).chain(job.next_guide(position)).collect()
         }
     };
     actions.push(Action::Tell(News::Accuracy(position)));

@@ -107,3 +107,52 @@ fn a_frame_that_cannot_be_measured_fails_the_job_with_the_reason() {
     history.measure(0.1, false);
     assert_eq!(history.job.error.as_deref(), Some("the error of frame 3 could not be measured: no memory"));
 }
+
+#[test]
+fn rounds_and_checks_ask_for_a_guide_only_where_the_frame_goes_on_to_it() {
+    let mut history = History::of(record_in_rounds_with_checks());
+    render(&mut history);
+    assert!(history.job.is_measured_now(0) && !history.job.guides[0].in_the_making());
+    history.measure(0.02, true);
+    assert_eq!(history.job.frames[0].goal, 64);
+    render(&mut history);
+    // All that steers the first guide is there, and perhaps nobody needs it.
+    assert!(history.job.is_measured_now(0) && !history.job.guides[0].in_the_making());
+    history.measure(0.02, true);
+    assert_eq!(history.job.frames[0].goal, 128);
+    assert!(history.job.guides[0].in_the_making(), "now somebody does");
+    render(&mut history);
+    assert_eq!((history.job.frames[0].units, history.job.is_measured_now(0)), (5 * 4, false), "even units do not wait for it");
+    history.step(&Step::Restart);
+    assert!(history.job.guides[0].in_the_making());
+    history.guide(true);
+    render(&mut history);
+    assert!(history.job.is_measured_now(0) && !history.job.guides[0].in_the_making());
+    history.measure(0.009, true);
+    assert_eq!((history.job.frames[0].goal, history.job.frames[0].stopped), (128, Some(Reason::Error)));
+    history.assemble(true);
+    assert_eq!(history.job.frames[0].points.iter().map(|point| point.samples).collect::<Vec<_>>(), [32, 64, 128]);
+}
+
+#[test]
+fn a_frame_in_rounds_that_runs_out_of_time_keeps_its_whole_passes() {
+    let stop = Stop { seconds: Some(10.0), ..Stop::default() };
+    let mut history = History::of(JobRecord { plan: Plan { rounds: 3, stop, ..plan(8, 8, 200) }, ..record("in rounds with time") });
+    render(&mut history);
+    // So little time was used that the next check comes at four times the samples.
+    history.measure(0.5, true);
+    assert_eq!(history.job.frames[0].goal, 128);
+    render(&mut history);
+    history.guide(true);
+    for _ in 0..6 {
+        history.lease(0);
+        let grant = *history.grants.last().unwrap();
+        history.deliver(grant, false);
+    }
+    history.step(&Step::Pass { millis: 11_000 });
+    let frame = &history.job.frames[0];
+    assert_eq!((frame.goal, frame.stopped, frame.state), (96, Some(Reason::Seconds), FrameState::Assembling), "one guided pass is whole");
+    history.step(&Step::Restart);
+    history.assemble(true);
+    assert_eq!(history.job.frames[0].units, 6 * 4);
+}
