@@ -50,12 +50,14 @@ impl Farm {
         let grpc = listener.local_addr().map_err(io)?;
         let service = Service::open(config).await?;
         let handle = service.handle();
+        let token = handle.gate().in_process_worker();
         let (stop_service, stopping) = watch::channel(false);
         let service = tokio::spawn(service.run(listener, wait(stopping)));
         let (stop_workers, stopping) = watch::channel(false);
         let mut workers = JoinSet::new();
         for (k, threads) in threads.iter().enumerate() {
-            let config = gradfarm_worker::Config::new(format!("http://{grpc}"), format!("embedded-{}", k + 1), *threads);
+            let mut config = gradfarm_worker::Config::new(format!("http://{grpc}"), format!("embedded-{}", k + 1), *threads);
+            config.credential = gradfarm_worker::Credential::Token(token.expose().to_owned());
             workers.spawn(gradfarm_worker::run(config, wait(stopping.clone())));
         }
         Ok(Self { handle, grpc, stop_workers, stop_service, service, broken: false, workers })

@@ -84,6 +84,12 @@ pub enum Error {
         /// The job it stands for.
         job: JobId,
     },
+    /// No such token.
+    #[error("there is no token {0:?}")]
+    NoToken(String),
+    /// A file that only its owner may read could not be written.
+    #[error(transparent)]
+    Private(#[from] crate::access::PrivateFileError),
     /// Not on loopback: there is neither encryption nor authentication yet.
     #[error("refusing to listen on {0}: without TLS and tokens nothing listens beyond loopback; use 127.0.0.1 or [::1]")]
     NotLoopback(SocketAddr),

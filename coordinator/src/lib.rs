@@ -4,6 +4,7 @@
 //! `schedule` decides who gets what, `store` keeps what was acknowledged, `assemble` makes frames of results, `grpc` speaks to
 //! workers. `cli` and `api` are for people: the command line and HTTP, `plot` draws for both, `movie` is what is made of frames; `embedded` starts workers in this process.
 
+pub mod access;
 pub mod api;
 mod assemble;
 pub mod cli;

@@ -5,7 +5,6 @@
 mod common;
 
 use common::{SCENE, Server, assert_code, folder, last_json, moving_scene, run, stderr, stdout};
-use reqwest::Client;
 use serde_json::{Value, json};
 
 #[test]
@@ -79,8 +78,7 @@ fn a_render_that_falls_short_says_how_far_it_got() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_job_tells_its_curve_over_http() {
     let server = Server::start(2);
-    gradfarm::crypto::provide();
-    let client = Client::builder().no_proxy().build().unwrap();
+    let client = server.client();
     let scene: Value = serde_json::from_str(&moving_scene()).unwrap();
     let options = json!({ "error": 0.05, "seconds": 600, "technique": "gpt", "frame_count": 2, "first_frame": 4 });
     let job: Value =
@@ -118,8 +116,7 @@ async fn a_job_tells_its_curve_over_http() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_was_not_measured_is_not_plotted() {
     let server = Server::start(0);
-    gradfarm::crypto::provide();
-    let client = Client::builder().no_proxy().build().unwrap();
+    let client = server.client();
     let scene: Value = serde_json::from_str(SCENE).unwrap();
     let post = |options: Value| client.post(server.url("/jobs")).json(&json!({ "scene": scene, "options": options })).send();
     let job: Value = post(json!({ "error": 0.01 })).await.unwrap().json().await.unwrap();

@@ -54,7 +54,8 @@ impl Farm {
 
     fn hire(&mut self, threads: usize) {
         let (stop, stopping) = watch::channel(false);
-        let config = gradfarm_worker::Config::new(&self.url, format!("worker-{}", self.workers.len()), threads);
+        let mut config = gradfarm_worker::Config::new(&self.url, format!("worker-{}", self.workers.len()), threads);
+        config.credential = gradfarm_worker::Credential::Token(self.handle.gate().in_process_worker().expose().to_owned());
         self.workers.push(Hired { stop, task: tokio::spawn(gradfarm_worker::run(config, told(stopping))) });
     }
 

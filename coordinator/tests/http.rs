@@ -12,11 +12,6 @@ use reqwest::multipart::{Form, Part};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
 
-fn client() -> Client {
-    gradfarm::crypto::provide();
-    Client::builder().no_proxy().timeout(Duration::from_secs(120)).build().unwrap()
-}
-
 fn file(name: &str, bytes: impl Into<Vec<u8>>) -> Part {
     Part::bytes(bytes.into()).file_name(name.to_owned())
 }
@@ -50,7 +45,8 @@ async fn events(client: &Client, url: String) -> Vec<(String, Value)> {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_form_becomes_an_image() {
-    let (server, client) = (Server::start(2), client());
+    let server = Server::start(2);
+    let client = server.client();
     let (scene, mesh) = common::scene_with_mesh();
     let form = Form::new()
         .part("scene", file("wedge.json", scene))
@@ -92,7 +88,8 @@ async fn a_form_becomes_an_image() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn uploaded_files_are_known_by_content() {
-    let (server, client) = (Server::start(1), client());
+    let server = Server::start(1);
+    let client = server.client();
     let (scene, mesh) = common::scene_with_mesh();
     let scene: Value = serde_json::from_str(&scene).unwrap();
     let uploaded = client.post(server.url("/assets")).body(mesh).send().await.unwrap();
@@ -120,7 +117,8 @@ async fn uploaded_files_are_known_by_content() {
 #[tokio::test(flavor = "multi_thread")]
 async fn jobs_are_listed_in_pages_and_called_off() {
     // Without a worker nothing ever happens to a job: what is seen below is all there is to see.
-    let (server, client) = (Server::start(0), client());
+    let server = Server::start(0);
+    let client = server.client();
     let mut ids = Vec::new();
     for name in ["a", "b", "c", "d", "e"] {
         let request = json!({ "scene": serde_json::from_str::<Value>(SCENE).unwrap(), "options": { "name": name } });
@@ -152,7 +150,8 @@ async fn jobs_are_listed_in_pages_and_called_off() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_wrong_is_named() {
-    let (server, client) = (Server::start(0), client());
+    let server = Server::start(0);
+    let client = server.client();
     let get = |path: &str| client.get(server.url(path)).send();
     let nobody = "01920d4e-7f3b-7cc1-9f52-0a3e5f3c2b11";
     problem(get("/nothing").await.unwrap(), StatusCode::NOT_FOUND, "not-found").await;
@@ -191,7 +190,8 @@ async fn what_is_wrong_is_named() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn pages_from_elsewhere_are_kept_out() {
-    let (server, client) = (Server::start(0), client());
+    let server = Server::start(0);
+    let client = server.client();
     let ask = |header: &'static str, value: &'static str| client.get(server.url("/health")).header(header, value).send();
     problem(ask("origin", "https://example.org").await.unwrap(), StatusCode::FORBIDDEN, "forbidden").await;
     problem(ask("host", "example.org").await.unwrap(), StatusCode::FORBIDDEN, "forbidden").await;
@@ -205,7 +205,7 @@ async fn the_commands_speak_to_the_server() {
     let (folder, scene) = common::folder();
     let image = folder.path().join("a.exr");
     let (scene, image) = (scene.to_str().unwrap(), image.to_str().unwrap());
-    let workers = body(client().get(server.url("/workers")).send().await.unwrap(), StatusCode::OK).await;
+    let workers = body(server.client().get(server.url("/workers")).send().await.unwrap(), StatusCode::OK).await;
     assert!(workers["workers"].as_array().unwrap().len() <= 2);
 
     let output = server.run(&["submit", scene, "--samples", "4", "--wait", "-o", image]);
@@ -241,7 +241,7 @@ async fn a_server_that_is_told_to_stop_stops() {
     let mut server = Server::start(1);
     // A listener that never goes away by itself must not hold it up.
     let request = json!({ "scene": serde_json::from_str::<Value>(SCENE).unwrap(), "options": { "samples": 1_000_000, "size": "512x512" } });
-    let client = client();
+    let client = server.client();
     let job = body(client.post(server.url("/jobs")).json(&request).send().await.unwrap(), StatusCode::CREATED).await;
     let id = job["id"].as_str().unwrap().to_owned();
     let mut stream = client.get(server.url(&format!("/jobs/{id}/events"))).send().await.unwrap().bytes_stream();

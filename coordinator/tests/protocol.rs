@@ -23,8 +23,10 @@ use gradfarm_proto::v1::worker_message::Message as Say;
 use gradfarm_proto::{Manifest, v1};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
+use tonic::service::Interceptor;
+use tonic::service::interceptor::InterceptedService;
 use tonic::transport::Channel;
-use tonic::{Code, Status, Streaming};
+use tonic::{Code, Request as Call, Status, Streaming};
 
 const TTL: Duration = Duration::from_millis(400);
 
@@ -32,6 +34,7 @@ const TTL: Duration = Duration::from_millis(400);
 struct Bench {
     handle: Handle,
     url: String,
+    token: String,
     job: JobId,
     scene: Scene,
     _folder: tempfile::TempDir,
@@ -46,6 +49,7 @@ impl Bench {
         (config.heartbeat, config.lease_ttl) = (TTL / 4, TTL);
         let service = Service::open(config).await.unwrap();
         let handle = service.handle();
+        let token = handle.gate().in_process_worker().expose().to_owned();
         tokio::spawn(service.run(listener, std::future::pending()));
         let request = Request {
             technique: Some(Technique::Gpt),
@@ -65,7 +69,7 @@ impl Bench {
         };
         let job = handle.submit(submission).await.unwrap();
         let description = SceneDescription::from_json(common::SCENE, "scene").unwrap();
-        Self { handle, url, job, scene: Scene::compile(&description, &NoAssets).unwrap(), _folder: folder }
+        Self { handle, url, token, job, scene: Scene::compile(&description, &NoAssets).unwrap(), _folder: folder }
     }
 
     fn render(&self, lease: &Lease) -> FilmBlock {
@@ -80,7 +84,7 @@ impl Bench {
 /// A worker that does only what the test says.
 struct Puppet {
     id: [u8; 16],
-    client: FarmClient<Channel>,
+    client: Client,
     outbox: mpsc::Sender<v1::WorkerMessage>,
     inbox: Streaming<v1::CoordinatorMessage>,
 }
@@ -93,14 +97,30 @@ struct Lease {
     plan: Plan,
 }
 
-fn client(url: &str) -> FarmClient<Channel> {
-    FarmClient::new(Channel::from_shared(url.to_owned()).unwrap().connect_lazy())
+/// Adds the token of a worker to every call.
+#[derive(Clone)]
+struct Bearer(String);
+
+impl Interceptor for Bearer {
+    fn call(&mut self, mut request: Call<()>) -> Result<Call<()>, Status> {
+        request.metadata_mut().insert("authorization", format!("Bearer {}", self.0).parse().unwrap());
+        Ok(request)
+    }
 }
 
-async fn open(url: &str, first: Say) -> Result<(mpsc::Sender<v1::WorkerMessage>, Streaming<v1::CoordinatorMessage>), Status> {
+type Client = FarmClient<InterceptedService<Channel, Bearer>>;
+
+impl Bench {
+    fn client(&self) -> Client {
+        let channel = Channel::from_shared(self.url.clone()).unwrap().connect_lazy();
+        FarmClient::with_interceptor(channel, Bearer(self.token.clone()))
+    }
+}
+
+async fn open(bench: &Bench, first: Say) -> Result<(mpsc::Sender<v1::WorkerMessage>, Streaming<v1::CoordinatorMessage>), Status> {
     let (outbox, messages) = mpsc::channel(16);
     outbox.send(v1::WorkerMessage { message: Some(first) }).await.unwrap();
-    Ok((outbox, client(url).work(ReceiverStream::new(messages)).await?.into_inner()))
+    Ok((outbox, bench.client().work(ReceiverStream::new(messages)).await?.into_inner()))
 }
 
 fn hello(id: [u8; 16], held: Vec<v1::LeaseRef>) -> v1::Hello {
@@ -109,12 +129,12 @@ fn hello(id: [u8; 16], held: Vec<v1::LeaseRef>) -> v1::Hello {
 }
 
 impl Puppet {
-    async fn connect(url: &str, id: u8, held: Vec<v1::LeaseRef>) -> Self {
+    async fn connect(bench: &Bench, id: u8, held: Vec<v1::LeaseRef>) -> Self {
         let id = [id; 16];
-        let (outbox, mut inbox) = open(url, Say::Hello(hello(id, held))).await.unwrap();
+        let (outbox, mut inbox) = open(bench, Say::Hello(hello(id, held))).await.unwrap();
         let welcome = inbox.message().await.unwrap().unwrap().message.unwrap();
         assert!(matches!(welcome, Told::Welcome(v1::Welcome { protocol: 1, lease_ttl_ms: 400, .. })), "{welcome:?}");
-        Self { id, client: client(url), outbox, inbox }
+        Self { id, client: bench.client(), outbox, inbox }
     }
 
     async fn say(&self, message: Say) {
@@ -158,7 +178,7 @@ impl Puppet {
 #[tokio::test(flavor = "multi_thread")]
 async fn expiry_is_no_judgement_but_a_new_grant_is() {
     let bench = Bench::new().await;
-    let mut first = Puppet::connect(&bench.url, 1, Vec::new()).await;
+    let mut first = Puppet::connect(&bench, 1, Vec::new()).await;
     let lease = first.lease().await;
     let result = block::encode(&bench.render(&lease)).unwrap();
     tokio::time::sleep(TTL * 2).await;
@@ -170,7 +190,7 @@ async fn expiry_is_no_judgement_but_a_new_grant_is() {
     let lease = first.lease().await;
     let result = block::encode(&bench.render(&lease)).unwrap();
     tokio::time::sleep(TTL * 2).await;
-    let mut second = Puppet::connect(&bench.url, 2, Vec::new()).await;
+    let mut second = Puppet::connect(&bench, 2, Vec::new()).await;
     let again = second.lease().await;
     assert_eq!((again.unit, again.name.epoch), (lease.unit, lease.name.epoch + 1));
     assert_eq!(first.deliver(&lease, &result).await.0, Outcome::Superseded);
@@ -185,7 +205,7 @@ async fn expiry_is_no_judgement_but_a_new_grant_is() {
 #[tokio::test(flavor = "multi_thread")]
 async fn heartbeats_keep_a_lease_and_coming_back_reclaims_it() {
     let bench = Bench::new().await;
-    let mut worker = Puppet::connect(&bench.url, 1, Vec::new()).await;
+    let mut worker = Puppet::connect(&bench, 1, Vec::new()).await;
     let lease = worker.lease().await;
     for _ in 0..8 {
         tokio::time::sleep(TTL / 4).await;
@@ -196,13 +216,13 @@ async fn heartbeats_keep_a_lease_and_coming_back_reclaims_it() {
     while !bench.handle.workers().await.unwrap().is_empty() {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
-    let mut worker = Puppet::connect(&bench.url, 1, vec![lease.name.clone()]).await;
+    let mut worker = Puppet::connect(&bench, 1, vec![lease.name.clone()]).await;
     assert_eq!(bench.handle.workers().await.unwrap()[0].leases, 1, "reclaimed");
     let other = worker.lease().await;
     assert_ne!(other.unit, lease.unit, "what it holds is not granted again");
     // Coming back without it gives it up.
     drop(worker);
-    let mut worker = Puppet::connect(&bench.url, 1, vec![other.name.clone()]).await;
+    let mut worker = Puppet::connect(&bench, 1, vec![other.name.clone()]).await;
     let again = worker.lease().await;
     assert_eq!((again.unit, again.name.epoch), (lease.unit, lease.name.epoch + 1));
 }
@@ -230,11 +250,11 @@ fn lies(good: &FilmBlock) -> Vec<(EncodedBlock, &'static str)> {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_wrong_is_refused_and_goes_to_somebody_else() {
     let bench = Bench::new().await;
-    let mut honest = Puppet::connect(&bench.url, 1, Vec::new()).await;
+    let mut honest = Puppet::connect(&bench, 1, Vec::new()).await;
     let mut units = 0;
     // Five lies by as many liars, then three by one: that one is set aside.
     for (liar, which) in [(10, 0), (11, 1), (12, 2), (13, 3), (14, 4), (50, 0), (50, 1), (50, 2)] {
-        let mut liar = Puppet::connect(&bench.url, liar, Vec::new()).await;
+        let mut liar = Puppet::connect(&bench, liar, Vec::new()).await;
         let lease = liar.lease().await;
         let good = bench.render(&lease);
         let (lie, named) = &lies(&good)[which];
@@ -256,14 +276,14 @@ async fn what_is_wrong_is_refused_and_goes_to_somebody_else() {
 async fn strangers_are_told_what_is_wrong() {
     let bench = Bench::new().await;
     let newer = v1::Hello { protocol_min: 7, protocol_max: 9, ..hello([1; 16], Vec::new()) };
-    let refused = open(&bench.url, Say::Hello(newer)).await.unwrap_err();
+    let refused = open(&bench, Say::Hello(newer)).await.unwrap_err();
     assert_eq!(refused.code(), Code::FailedPrecondition);
     assert!(refused.message().contains("versions 7 to 9"), "{refused}");
-    let mute = open(&bench.url, Say::Credit(v1::Credit { leases: 1 })).await.unwrap_err();
+    let mute = open(&bench, Say::Credit(v1::Credit { leases: 1 })).await.unwrap_err();
     assert_eq!((mute.code(), mute.message()), (Code::InvalidArgument, "the first message must be a hello"));
     let nameless = v1::Hello { worker: vec![1, 2].into(), ..hello([1; 16], Vec::new()) };
-    assert!(open(&bench.url, Say::Hello(nameless)).await.unwrap_err().message().contains("hello.worker is 2 bytes"));
-    let mut client = client(&bench.url);
+    assert!(open(&bench, Say::Hello(nameless)).await.unwrap_err().message().contains("hello.worker is 2 bytes"));
+    let mut client = bench.client();
     let absent = client.fetch_asset(v1::FetchAssetRequest { digest: vec![0; 32].into() }).await.unwrap_err();
     assert_eq!(absent.code(), Code::NotFound);
     let scene = bench.handle.get(bench.job).await.unwrap().scene;
@@ -276,7 +296,7 @@ async fn strangers_are_told_what_is_wrong() {
 async fn a_worker_whose_lease_names_no_job_is_told_to_drop_it() {
     let bench = Bench::new().await;
     let unknown = v1::LeaseRef { job: JobId::fresh().to_bytes().to_vec().into(), unit: 0, epoch: 1 };
-    let mut worker = Puppet::connect(&bench.url, 1, vec![unknown.clone()]).await;
+    let mut worker = Puppet::connect(&bench, 1, vec![unknown.clone()]).await;
     let told = worker.hear().await;
     assert!(matches!(&told, Told::Revoke(revoke) if revoke.leases == [unknown]), "{told:?}");
 }

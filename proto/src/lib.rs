@@ -10,10 +10,12 @@ pub mod image;
 pub mod limits;
 mod manifest;
 pub mod version;
+mod worker_kind;
 
 pub use convert::ConvertError;
 pub use digest::{Digest, ParseDigestError};
 pub use manifest::{Manifest, ManifestError};
+pub use worker_kind::WorkerKind;
 
 /// Generated messages and service of the package `farm.v1`.
 #[allow(missing_docs, unreachable_pub, clippy::all)]

@@ -108,6 +108,7 @@ impl Coordinator {
     pub fn worker(&self, threads: usize) -> Process {
         let mut command = program(Program::Worker);
         command.args(["--coordinator", &format!("http://{}", self.grpc), "--threads", &threads.to_string(), "--cache-size", "0"]);
+        command.arg("--data").arg(self.data.path().join("state"));
         Process::start(command.args(["--log", "warn"]))
     }
 
@@ -117,7 +118,12 @@ impl Coordinator {
     /// What it complained about.
     pub fn ask(&self, arguments: &[&str]) -> Result<String, String> {
         let mut command = program(Program::Gradfarm);
-        let output = command.args(arguments).env("GRADFARM_SERVER", format!("http://{}", self.listen)).output().unwrap();
+        let output = command
+            .args(arguments)
+            .env("GRADFARM_SERVER", format!("http://{}", self.listen))
+            .env("GRADFARM_DATA", self.data.path().join("state"))
+            .output()
+            .unwrap();
         let text = |bytes| String::from_utf8(bytes).unwrap();
         if output.status.success() { Ok(text(output.stdout)) } else { Err(text(output.stderr)) }
     }

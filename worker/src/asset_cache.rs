@@ -10,17 +10,16 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use bytes::Bytes;
-use gradfarm_proto::v1::farm_client::FarmClient;
 use gradfarm_proto::{Digest, limits, v1};
-use tonic::transport::Channel;
 use tonic::{Code, Status};
 
 use crate::backoff::Backoff;
+use crate::link::Client;
 
 /// Fetches and keeps content.
 #[derive(Clone)]
 pub(crate) struct AssetCache {
-    client: FarmClient<Channel>,
+    client: Client,
     folder: Option<Arc<Folder>>,
 }
 
@@ -35,7 +34,7 @@ impl AssetCache {
     ///
     /// # Errors
     /// If the folder cannot be made.
-    pub(crate) fn new(client: FarmClient<Channel>, folder: Option<PathBuf>, most: u64) -> io::Result<Self> {
+    pub(crate) fn new(client: Client, folder: Option<PathBuf>, most: u64) -> io::Result<Self> {
         if let Some(path) = &folder {
             fs::create_dir_all(path)?;
         }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::credential::Credential;
 use crate::error::Error;
 
 /// Longest name [bytes].
@@ -14,6 +15,8 @@ const THREADS: usize = 1024;
 pub struct Config {
     /// Where the coordinator listens for workers, such as `http://127.0.0.1:7781`.
     pub coordinator: String,
+    /// What the worker shows the coordinator.
+    pub credential: Credential,
     /// For people; at most 200 bytes.
     pub name: String,
     /// Rendering threads, 1 to 1024; each renders one unit at a time.
@@ -27,9 +30,17 @@ pub struct Config {
 }
 
 impl Config {
-    /// A worker with the given number of threads, no folder, and two scenes in memory.
+    /// A worker with the given number of threads, no token, no folder, and two scenes in memory.
     pub fn new(coordinator: impl Into<String>, name: impl Into<String>, threads: usize) -> Self {
-        Self { coordinator: coordinator.into(), name: name.into(), threads, cache: None, cache_bytes: 32 << 30, scenes: 2 }
+        Self {
+            coordinator: coordinator.into(),
+            credential: Credential::None,
+            name: name.into(),
+            threads,
+            cache: None,
+            cache_bytes: 32 << 30,
+            scenes: 2,
+        }
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

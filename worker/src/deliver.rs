@@ -3,13 +3,12 @@
 use gradfarm_proto::block::EncodedBlock;
 use gradfarm_proto::convert::LeaseName;
 use gradfarm_proto::v1::deliver_reply::Outcome;
-use gradfarm_proto::v1::farm_client::FarmClient;
 use gradfarm_proto::v1::result_chunk::Part;
 use gradfarm_proto::{limits, v1};
 use tonic::Code;
-use tonic::transport::Channel;
 
 use crate::backoff::Backoff;
+use crate::link::Client;
 
 /// A result on its way.
 #[derive(Clone, Debug)]
@@ -23,7 +22,7 @@ pub(crate) struct Delivery {
 }
 
 /// Delivers; returns once the coordinator has answered, whatever it said.
-pub(crate) async fn deliver(mut client: FarmClient<Channel>, delivery: Delivery) {
+pub(crate) async fn deliver(mut client: Client, delivery: Delivery) {
     let mut backoff = Backoff::new();
     let lease = delivery.lease;
     loop {
@@ -39,8 +38,8 @@ pub(crate) async fn deliver(mut client: FarmClient<Channel>, delivery: Delivery)
                 }
                 return;
             }
-            // The coordinator will not understand it better the next time.
-            Err(status) if status.code() == Code::InvalidArgument => {
+            // The coordinator will not understand it better the next time, nor let this worker deliver it.
+            Err(status) if matches!(status.code(), Code::InvalidArgument | Code::PermissionDenied) => {
                 tracing::error!(unit = lease.unit, epoch = lease.epoch, reason = status.message(), "result not understood");
                 return;
             }

@@ -13,20 +13,19 @@ use gradfarm_core::plan::{Plan, TileGuide, WorkUnit};
 use gradfarm_core::scene::Exposure;
 use gradfarm_proto::convert::{ConvertError, LeaseName, lease_ref, tile_guide, uuid};
 use gradfarm_proto::v1::coordinator_message::Message as Told;
-use gradfarm_proto::v1::farm_client::FarmClient;
 use gradfarm_proto::v1::worker_message::Message as Say;
 use gradfarm_proto::{Digest, v1, version};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
-use tonic::transport::Channel;
 
 use crate::asset_cache::AssetCache;
 use crate::config::Config;
+use crate::credential::Bearer;
 use crate::deliver::{Delivery, deliver};
 use crate::error::Error;
 use crate::execute::{Pool, Report, Task};
-use crate::link::{self, News};
+use crate::link::{self, Client, News};
 use crate::scene_cache::{Prepared, SceneCache, Sight, prepare};
 
 /// How long a worker that is told to stop may take to finish and deliver what it is at.
@@ -73,7 +72,7 @@ struct Loop {
     pool: Pool,
     assets: AssetCache,
     scenes: SceneCache,
-    client: FarmClient<Channel>,
+    client: Client,
     held: BTreeMap<LeaseName, Held>,
     /// Scenes in the making, results on their way.
     tasks: JoinSet<Done>,
@@ -91,14 +90,15 @@ struct Loop {
 /// If it cannot start, or the coordinator refuses it for good.
 pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
     // Two connections, so that heartbeats never wait behind results.
-    let control = link::client(&config.coordinator)?;
-    let client = link::client(&config.coordinator)?;
+    let bearer = Bearer::new(config.credential.clone());
+    let control = link::client(&config.coordinator, bearer.clone())?;
+    let client = link::client(&config.coordinator, bearer.clone())?;
     let folder = |source| Error::Io { what: "cache folder".into(), source };
     let assets = AssetCache::new(client.clone(), config.cache.clone(), config.cache_bytes).map_err(folder)?;
     let (reporter, mut reports) = mpsc::unbounded_channel();
     let pool = Pool::start(config.threads, &reporter)?;
     let (sender, mut news) = mpsc::channel(64);
-    let link = tokio::spawn(link::keep(config.coordinator.clone(), control, sender));
+    let link = tokio::spawn(link::keep(config.coordinator.clone(), control, bearer, sender));
     let mut state = Loop {
         worker: uuid::Uuid::now_v7().into_bytes(),
         scenes: SceneCache::new(config.scenes),

@@ -2,11 +2,13 @@
 //!
 //! `lease_loop` is the heart: it knows every lease that the worker holds and what became of it. `link` keeps the stream to the
 //! coordinator, `execute` owns the rendering threads, `scene_cache` and `asset_cache` keep what units share, `deliver` brings results
-//! home. Async threads never render, rendering threads never wait for the network.
+//! home,
+//! `credential` is what the worker shows the coordinator. Async threads never render, rendering threads never wait for the network.
 
 mod asset_cache;
 mod backoff;
 mod config;
+mod credential;
 mod deliver;
 mod error;
 mod execute;
@@ -17,6 +19,7 @@ mod scene_cache;
 use std::future::Future;
 
 pub use config::Config;
+pub use credential::Credential;
 pub use error::Error;
 
 /// Works for a coordinator until `shutdown` is ready: then hands back what it did not begin, delivers what it did, and returns.

@@ -6,16 +6,21 @@ use gradfarm_proto::v1::farm_client::FarmClient;
 use gradfarm_proto::{limits, v1};
 use tokio::sync::{mpsc, oneshot};
 use tokio_stream::wrappers::ReceiverStream;
+use tonic::service::interceptor::InterceptedService;
 use tonic::transport::{Channel, Endpoint};
 use tonic::{Code, Status};
 
 use crate::backoff::Backoff;
+use crate::credential::Bearer;
 use crate::error::Error;
 
 /// How often a silent connection is asked whether it still lives, and how long it may take to answer.
 const KEEP_ALIVE: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(10));
 /// Messages that may wait to be sent.
 const OUTBOX: usize = 256;
+
+/// Speaks to the coordinator.
+pub(crate) type Client = FarmClient<InterceptedService<Channel, Bearer>>;
 
 /// What the link tells the loop.
 pub(crate) enum News {
@@ -35,7 +40,7 @@ pub(crate) enum News {
 ///
 /// # Errors
 /// If the address is none.
-pub(crate) fn client(url: &str) -> Result<FarmClient<Channel>, Error> {
+pub(crate) fn client(url: &str, bearer: Bearer) -> Result<Client, Error> {
     let wrong = |error: tonic::transport::Error| Error::Coordinator { url: url.to_owned(), reason: format!("not an address: {error}") };
     let endpoint = Endpoint::from_shared(url.to_owned()).map_err(wrong)?;
     let channel = endpoint
@@ -47,20 +52,21 @@ pub(crate) fn client(url: &str) -> Result<FarmClient<Channel>, Error> {
         .connect_timeout(KEEP_ALIVE.1)
         .tcp_nodelay(true)
         .connect_lazy();
-    Ok(FarmClient::new(channel).max_decoding_message_size(limits::MESSAGE).max_encoding_message_size(limits::MESSAGE))
+    Ok(FarmClient::with_interceptor(channel, bearer).max_decoding_message_size(limits::MESSAGE).max_encoding_message_size(limits::MESSAGE))
 }
 
 /// Keeps the stream open until the loop is gone or the coordinator refuses the worker.
-pub(crate) async fn keep(url: String, client: FarmClient<Channel>, news: mpsc::Sender<News>) {
+pub(crate) async fn keep(url: String, client: Client, bearer: Bearer, news: mpsc::Sender<News>) {
     let mut backoff = Backoff::new();
     // Whether somebody was told of this outage.
     let mut told = false;
     loop {
+        bearer.refresh();
         let Err(status) = open(client.clone(), &news, &mut backoff, &mut told).await else { return };
         if news.send(News::Down).await.is_err() {
             return;
         }
-        if matches!(status.code(), Code::FailedPrecondition | Code::InvalidArgument | Code::Unimplemented) {
+        if matches!(status.code(), Code::FailedPrecondition | Code::InvalidArgument | Code::Unimplemented | Code::PermissionDenied) {
             // If the loop is gone there is nobody to tell.
             let _gone = news.send(News::Refused(Error::Coordinator { url, reason: status.message().to_owned() })).await;
             return;
@@ -76,7 +82,7 @@ pub(crate) async fn keep(url: String, client: FarmClient<Channel>, news: mpsc::S
 }
 
 /// Opens the stream once and reads it to its end. `Ok` if the loop is gone.
-async fn open(mut client: FarmClient<Channel>, news: &mpsc::Sender<News>, backoff: &mut Backoff, told: &mut bool) -> Result<(), Status> {
+async fn open(mut client: Client, news: &mpsc::Sender<News>, backoff: &mut Backoff, told: &mut bool) -> Result<(), Status> {
     let (ask, answer) = oneshot::channel();
     if news.send(News::Greeting(ask)).await.is_err() {
         return Ok(());

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use gradfarm_worker::Config;
+use gradfarm_worker::{Config, Credential};
 use tracing_subscriber::EnvFilter;
 
 /// Renders for a gradfarm coordinator.
@@ -15,6 +15,9 @@ use tracing_subscriber::EnvFilter;
 /// results until they are acknowledged. Ctrl-C or SIGTERM makes it finish the units it is at (10 s at most), hand the others back and
 /// exit with code 0; a second Ctrl-C stops it at once.
 ///
+/// A worker on the coordinator's machine shows the token that the coordinator has put into its folder; started elsewhere than the
+/// coordinator was, it needs --data or --token-file to find it.
+///
 /// Exit codes: 0 stopped as told, 1 something failed, 2 wrong usage.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100, after_help = "Example: gradfarm-worker --coordinator http://127.0.0.1:7781 --threads 8")]
@@ -22,6 +25,12 @@ struct Arguments {
     /// Where the coordinator listens for workers.
     #[arg(long, value_name = "URL", env = "GRADFARM_COORDINATOR", default_value = "http://127.0.0.1:7781")]
     coordinator: String,
+    /// File with the worker's token; read again before every connection [default: DIR/worker-token of --data].
+    #[arg(long, value_name = "FILE", env = "GRADFARM_TOKEN_FILE")]
+    token_file: Option<PathBuf>,
+    /// The coordinator's folder, where it is on this machine: the worker's token lies there.
+    #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data")]
+    data: PathBuf,
     /// Rendering threads [default: one for each core].
     #[arg(long, value_name = "N", env = "GRADFARM_THREADS")]
     threads: Option<usize>,
@@ -72,6 +81,7 @@ async fn start(arguments: Arguments) -> anyhow::Result<()> {
         None => std::thread::available_parallelism()?.get(),
     };
     let mut config = Config::new(arguments.coordinator, arguments.name.unwrap_or_else(default_name), threads);
+    config.credential = Credential::File(arguments.token_file.unwrap_or_else(|| arguments.data.join("worker-token")));
     config.cache = (arguments.cache_size > 0).then(|| arguments.cache.or_else(default_cache)).flatten();
     config.cache_bytes = u64::from(arguments.cache_size) << 30;
     config.scenes = arguments.scenes;

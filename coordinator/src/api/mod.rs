@@ -19,6 +19,8 @@
 //! | POST | `/assets` | upload a file |
 //! | HEAD | `/assets/{digest}` | whether a file is there |
 //! | GET | `/workers` | the connected workers |
+//! | GET, POST | `/tokens` | the tokens; issue one |
+//! | DELETE | `/tokens/{token}` | revoke one |
 
 mod accuracy;
 mod accuracy_json;
@@ -31,7 +33,9 @@ mod health;
 mod jobs;
 pub mod json;
 pub mod problem;
+pub mod roles;
 pub mod submission;
+pub mod tokens;
 mod workers;
 
 use std::future::Future;
@@ -39,12 +43,11 @@ use std::future::Future;
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::middleware;
-use axum::routing::{get, head, post};
+use axum::routing::{delete, get, head, post};
 use tokio::net::TcpListener;
 use tower_http::trace::TraceLayer;
 
 use crate::service::Handle;
-use problem::Problem;
 
 /// Where every address begins.
 pub const ROOT: &str = "/api/v1";
@@ -74,11 +77,15 @@ pub fn router(handle: Handle) -> Router {
         .route("/assets", post(assets::upload).layer(DefaultBodyLimit::max(UPLOAD_BYTES)))
         .route("/assets/{digest}", head(assets::check))
         .route("/workers", get(workers::list))
-        .with_state(handle);
+        .route("/tokens", get(tokens::list).post(tokens::issue))
+        .route("/tokens/{token}", delete(tokens::revoke))
+        .with_state(handle.clone());
     Router::new()
         .nest(ROOT, routes)
-        .fallback(|uri: axum::http::Uri| async move { Problem::not_found(format!("nothing lives at {}", uri.path())) })
-        .method_not_allowed_fallback(|| async { Problem::method() })
+        .route_layer(middleware::from_fn(guard::authorise))
+        .fallback(guard::nowhere)
+        .method_not_allowed_fallback(guard::no_method)
+        .layer(middleware::from_fn_with_state(handle, guard::identify))
         .layer(middleware::from_fn(guard::local_only))
         .layer(TraceLayer::new_for_http())
 }

@@ -2,7 +2,7 @@
 
 use axum::Json;
 use axum::extract::multipart::{MultipartError, MultipartRejection};
-use axum::extract::rejection::{BytesRejection, QueryRejection};
+use axum::extract::rejection::{BytesRejection, JsonRejection, QueryRejection};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use gradfarm_core::scene;
@@ -55,6 +55,17 @@ impl Problem {
     /// 400: a field of a JSON body or a form.
     pub fn field(path: &str, detail: impl Into<String>) -> Self {
         Self::malformed(detail).with("path", path)
+    }
+
+    /// 401: nobody knows who asks.
+    pub fn unauthorised(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNAUTHORIZED, "unauthorised", "A token is needed", detail)
+    }
+
+    /// 503: who asks cannot be found out at the moment.
+    pub fn unknown_for_now() -> Self {
+        let detail = "the store of tokens does not answer; try again";
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "The coordinator cannot tell who asks", detail)
     }
 
     /// 403: the request comes from somewhere it should not.
@@ -144,7 +155,7 @@ impl From<Error> for Problem {
     fn from(error: Error) -> Self {
         let detail = error.to_string();
         match error {
-            Error::NoJob(_) | Error::NoFrame { .. } => Self::not_found(detail),
+            Error::NoJob(_) | Error::NoFrame { .. } | Error::NoToken(_) => Self::not_found(detail),
             Error::NotReady { .. } | Error::Over { .. } | Error::TokenReused { .. } => Self::conflict(detail),
             Error::Invalid { what, .. } => Self::field(what, detail),
             Error::Scene(fault) => fault.into(),
@@ -156,6 +167,7 @@ impl From<Error> for Problem {
             }
             Error::Stopped => Self::stopping(),
             Error::NotLoopback(_)
+            | Error::Private(_)
             | Error::Listen { .. }
             | Error::Io { .. }
             | Error::Transport(_)
@@ -184,6 +196,12 @@ impl From<MultipartError> for Problem {
     }
 }
 
+impl From<JsonRejection> for Problem {
+    fn from(rejection: JsonRejection) -> Self {
+        Self::of_status(rejection.status(), rejection.body_text())
+    }
+}
+
 impl From<QueryRejection> for Problem {
     fn from(rejection: QueryRejection) -> Self {
         Self::malformed(rejection.body_text())
@@ -195,6 +213,9 @@ impl IntoResponse for Problem {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let mut response = (status, Json(self)).into_response();
         response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(MEDIA_TYPE));
+        if status == StatusCode::UNAUTHORIZED {
+            response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer realm=\"gradfarm\""));
+        }
         response
     }
 }

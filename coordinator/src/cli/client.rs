@@ -1,21 +1,34 @@
 //! Speaks HTTP to a coordinator on behalf of `submit`, `status`, `watch`, `cancel` and `pull`.
 
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bytes::Bytes;
+use reqwest::header::{self, HeaderMap, HeaderValue};
 use reqwest::{Method, RequestBuilder, Response, StatusCode};
 use serde::de::DeserializeOwned;
 
 use super::error::Error;
+use super::local_farm;
+use crate::access::Secret;
 use crate::api;
 use crate::api::problem::Problem;
 
-/// Which coordinator to speak to.
+/// Where a coordinator is if nobody says otherwise.
+const DEFAULT: &str = "http://127.0.0.1:7700";
+
+/// Which coordinator to speak to, and as whom.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct ServerOption {
-    /// Where the coordinator listens for people
-    #[arg(long, value_name = "URL", env = "GRADFARM_SERVER", default_value = "http://127.0.0.1:7700", value_parser = url)]
-    server: String,
+    /// Where the coordinator listens for people [default: as DIR/address.json of --data says, otherwise http://127.0.0.1:7700]
+    #[arg(long, value_name = "URL", env = "GRADFARM_SERVER", value_parser = url, help_heading = "Coordinator")]
+    server: Option<String>,
+    /// The coordinator's folder, where it is on this machine: its address and its token lie there
+    #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data", help_heading = "Coordinator")]
+    data: PathBuf,
+    /// File with the token to show; GRADFARM_TOKEN may hold the token itself [default: DIR/token, if that folder is this coordinator's]
+    #[arg(long, value_name = "FILE", env = "GRADFARM_TOKEN_FILE", help_heading = "Coordinator")]
+    token_file: Option<PathBuf>,
 }
 
 /// A coordinator's address, without a slash at its end.
@@ -32,19 +45,61 @@ fn url(text: &str) -> Result<String, String> {
 pub(super) struct Client {
     server: String,
     http: reqwest::Client,
+    /// Why requests bear no token, if they do not.
+    tokenless: Option<String>,
 }
 
 impl ServerOption {
+    /// The folder of the coordinator on this machine.
+    pub(super) fn data(&self) -> &Path {
+        &self.data
+    }
+
     /// A client for this coordinator. Nothing is sent yet.
+    ///
+    /// # Errors
+    /// If the token that was named cannot be read.
     pub(super) fn client(&self) -> Result<Client, Error> {
+        let server = self.server.clone().or_else(|| local_farm::address(&self.data)).unwrap_or_else(|| DEFAULT.to_owned());
+        let (mut headers, mut tokenless) = (HeaderMap::new(), None);
+        match self.token(&server)? {
+            Some(token) => {
+                let value = HeaderValue::from_str(&format!("Bearer {}", token.expose()));
+                let mut value = value.map_err(|_| Error::Usage("the token has characters that no token has".to_owned()))?;
+                value.set_sensitive(true);
+                headers.insert(header::AUTHORIZATION, value);
+            }
+            None => {
+                tokenless = Some(format!(
+                    "No token was sent: neither --token-file, GRADFARM_TOKEN_FILE nor GRADFARM_TOKEN names one, and the folder {} (--data) \
+                     is not that of the coordinator at {server}.",
+                    self.data.display()
+                ));
+            }
+        }
         let http = reqwest::Client::builder()
+            .default_headers(headers)
+            // A token is for this coordinator, not for where it might point.
+            .redirect(reqwest::redirect::Policy::none())
             .user_agent(concat!("gradfarm/", env!("CARGO_PKG_VERSION")))
             .connect_timeout(Duration::from_secs(5))
             // Coordinators are on loopback: no proxy can reach ours.
             .no_proxy()
             .build();
         let http = http.map_err(|fault| Error::Failed(format!("cannot set up HTTP: {fault}")))?;
-        Ok(Client { server: self.server.clone(), http })
+        Ok(Client { server, http, tokenless })
+    }
+
+    /// The token to show: the one that was named, or the one in the coordinator's folder.
+    fn token(&self, server: &str) -> Result<Option<Secret>, Error> {
+        if let Some(path) = &self.token_file {
+            return local_farm::read_token(path).map(Some);
+        }
+        if let Ok(text) = std::env::var("GRADFARM_TOKEN") {
+            let token = Secret::parse(&text).map_err(|fault| Error::Usage(format!("GRADFARM_TOKEN: {fault}")))?;
+            return Ok(Some(token));
+        }
+        local_farm::token(&self.data, server).map(|path| local_farm::read_token(&path)).transpose()
     }
 }
 
@@ -82,6 +137,10 @@ impl Client {
         let said = match serde_json::from_slice::<Problem>(&body) {
             Ok(problem) => problem.detail,
             Err(_) => format!("{} answered {status}", self.server),
+        };
+        let said = match &self.tokenless {
+            Some(why) if status == StatusCode::UNAUTHORIZED => format!("{said}\n{why}"),
+            _ => said,
         };
         Err(if status.is_client_error() && status != StatusCode::REQUEST_TIMEOUT { Error::Usage(said) } else { Error::Failed(said) })
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rustix::process::{Resource, getrlimit};
 use serde::Serialize;
@@ -25,9 +25,6 @@ Examples:
   gradfarm doctor --data /srv/gradfarm --server http://127.0.0.1:7700
   gradfarm doctor --json | jq '.[] | select(.verdict == \"wrong\")'")]
 pub(super) struct Doctor {
-    /// Folder that `gradfarm serve` keeps its state in
-    #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data")]
-    data: PathBuf,
     /// Print one JSON array instead of lines
     #[arg(long)]
     json: bool,
@@ -82,7 +79,7 @@ impl Doctor {
     pub(super) async fn run(self) -> Result<(), Error> {
         let mut findings = vec![program(), open_files()];
         findings.push(folder("temporary files", &std::env::temp_dir(), "set TMPDIR to a folder with room that you may write"));
-        findings.extend(state(&self.data));
+        findings.extend(state(self.server.data()));
         findings.extend(optional());
         findings.extend(coordinator(&self.server.client()?).await);
         if self.json {

@@ -13,6 +13,7 @@ mod files;
 mod follow;
 mod import;
 mod local;
+mod local_farm;
 mod measured;
 mod method;
 mod options;
@@ -28,11 +29,13 @@ mod report;
 mod scene;
 mod schema;
 mod serve;
+mod span;
 mod status;
 mod study;
 mod submit;
 mod terminal;
 mod time;
+mod token;
 mod view;
 mod watch;
 
@@ -78,6 +81,8 @@ enum Command {
     Pull(pull::Pull),
     /// Tell what accuracy cost in a frame, and what more of it would cost
     Accuracy(accuracy::AccuracyCommand),
+    /// Issue, list and revoke tokens
+    Token(token::TokenCommand),
     /// Measure how far one image is from another
     Compare(compare::Compare),
     /// Make an image of a primal and its gradients, such as another renderer's
@@ -126,6 +131,7 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Resume(command) => wait_for(command.run(false)),
         Command::Pull(command) => wait_for(command.run()),
         Command::Accuracy(command) => wait_for(command.run()),
+        Command::Token(command) => wait_for(command.run()),
         Command::Compare(command) => command.run(),
         Command::Reconstruct(command) => command.run(),
         Command::Plan(command) => command.run(),

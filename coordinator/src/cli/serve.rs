@@ -12,13 +12,14 @@ use super::files::Target;
 use super::terminal;
 use crate::config::ServeConfig;
 use crate::embedded::{self, Farm};
-use crate::{api, service, telemetry};
+use crate::{access, api, service, telemetry};
 
 /// Arguments of `gradfarm serve`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Everything that was acknowledged survives a crash: start it again with the same --data and jobs go on. The addresses it got are \
-printed and written to DIR/address.json. Ctrl-C or SIGTERM stops it; running jobs go on at the next start. GRADFARM_LOG sets how \
+printed and written to DIR/address.json. Nobody is let in without a token: DIR/token is the administrator's, DIR/worker-token that \
+of workers on this machine, both readable by you alone; `gradfarm token create` issues others. Ctrl-C or SIGTERM stops it; running jobs go on at the next start. GRADFARM_LOG sets how \
 much it tells, for example GRADFARM_LOG=debug.
 
 Examples:
@@ -55,6 +56,7 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
         ..service::Config::new(&config.data)
     };
     let mut farm = Farm::start(service, grpc, &threads).await.map_err(failed)?;
+    access::hand_out(farm.handle().gate(), &config.data).await.map_err(failed)?;
     announce(&config.data, address, farm.grpc())?;
 
     let (stop, mut stopping) = watch::channel(false);
@@ -80,7 +82,12 @@ fn announce(data: &Path, http: SocketAddr, grpc: SocketAddr) -> Result<(), Error
     let addresses = json!({ "http": format!("http://{http}"), "grpc": format!("http://{grpc}"), "pid": std::process::id() });
     Target::check(&data.join("address.json"))?.write(format!("{addresses}\n").as_bytes())?;
     terminal::line(format_args!("people   http://{http}{}", api::ROOT))?;
-    terminal::line(format_args!("workers  gradfarm-worker --coordinator http://{grpc}"))
+    terminal::line(format_args!("workers  gradfarm-worker --coordinator http://{grpc}"))?;
+    terminal::line(format_args!(
+        "tokens   {} and {}, for this user on this machine",
+        data.join(access::ADMIN_TOKEN).display(),
+        access::WORKER_TOKEN
+    ))
 }
 
 /// Waits for Ctrl-C or SIGTERM.

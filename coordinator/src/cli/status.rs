@@ -4,7 +4,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::client::{Client, ServerOption};
 use super::error::Error;
-use super::terminal;
+use super::{span, terminal};
 use crate::api::json::{Frame, Job, JobPage, JobSummary};
 use crate::job::{FrameState, WindowState};
 
@@ -117,10 +117,5 @@ fn state(job: &JobSummary) -> &str {
 
 fn age(job: &JobSummary) -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |span| span.as_millis() as i64);
-    match (now - job.created_ms).max(0) / 1000 {
-        seconds @ 0..=119 => format!("{seconds} s"),
-        seconds @ 120..=7199 => format!("{} min", seconds / 60),
-        seconds @ 7200..=172_799 => format!("{} h", seconds / 3600),
-        seconds => format!("{} days", seconds / 86_400),
-    }
+    span::tell(now - job.created_ms)
 }

@@ -9,6 +9,7 @@ use gradfarm_proto::{Digest, block, limits, v1};
 use tokio::sync::Semaphore;
 use tonic::{Status, Streaming};
 
+use super::admission::Peer;
 use super::status;
 use crate::job::{Answer, DeliveredRecord, JobId, UnitState, WorkerId};
 use crate::service::Handle;
@@ -45,6 +46,7 @@ enum Standing {
 /// Takes a result in.
 pub(super) async fn deliver(
     handle: &Handle,
+    peer: &Peer,
     checks: &Semaphore,
     mut chunks: Streaming<v1::ResultChunk>,
 ) -> Result<v1::DeliverReply, Status> {
@@ -52,6 +54,7 @@ pub(super) async fn deliver(
         return Err(Status::invalid_argument("a result must begin with its header"));
     };
     let header = read_header(&header)?;
+    peer.require(header.worker)?;
     let (lease, digest) = (header.lease, header.digest);
     let expected = match handle.look(move |dispatcher| standing(dispatcher, lease, digest)).await.map_err(status)? {
         Standing::Due(expected) => expected,

@@ -1,5 +1,6 @@
-//! Speaks to workers: translates messages, hands them to the loop, answers. Nothing is decided here.
+//! Speaks to workers: lets them in, translates messages, hands them to the loop, answers. Nothing is decided here.
 
+mod admission;
 mod assets;
 mod deliver;
 mod work;
@@ -58,14 +59,17 @@ impl Farm for FarmService {
     type FetchAssetStream = Messages<v1::AssetChunk>;
 
     async fn work(&self, request: Request<Streaming<v1::WorkerMessage>>) -> Result<Response<Self::WorkStream>, Status> {
-        work::work(self.handle.clone(), request.into_inner()).await.map(Response::new)
+        let peer = admission::admit(&self.handle, &request).await?;
+        work::work(self.handle.clone(), peer, request.into_inner()).await.map(Response::new)
     }
 
     async fn deliver(&self, request: Request<Streaming<v1::ResultChunk>>) -> Result<Response<v1::DeliverReply>, Status> {
-        deliver::deliver(&self.handle, &self.checks, request.into_inner()).await.map(Response::new)
+        let peer = admission::admit(&self.handle, &request).await?;
+        deliver::deliver(&self.handle, &peer, &self.checks, request.into_inner()).await.map(Response::new)
     }
 
     async fn fetch_asset(&self, request: Request<v1::FetchAssetRequest>) -> Result<Response<Self::FetchAssetStream>, Status> {
+        admission::admit(&self.handle, &request).await?;
         assets::fetch(&self.handle, &request.into_inner()).await.map(Response::new)
     }
 }

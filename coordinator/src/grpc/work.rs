@@ -10,6 +10,7 @@ use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::{Status, Streaming};
 
+use super::admission::Peer;
 use super::{Messages, status};
 use crate::job::WorkerId;
 use crate::service::Handle;
@@ -23,13 +24,18 @@ const OUTBOX: usize = 1024;
 const NAME: usize = 200;
 
 /// Opens a worker's stream: checks its hello, enters it, and forwards what it says until it ends.
-pub(super) async fn work(handle: Handle, mut inbox: Streaming<v1::WorkerMessage>) -> Result<Messages<v1::CoordinatorMessage>, Status> {
+pub(super) async fn work(
+    handle: Handle,
+    peer: Peer,
+    mut inbox: Streaming<v1::WorkerMessage>,
+) -> Result<Messages<v1::CoordinatorMessage>, Status> {
     let first = tokio::time::timeout(HELLO, inbox.message());
     let first = first.await.map_err(|_| Status::deadline_exceeded("no hello within 10 s"))??;
     let Some(Message::Hello(hello)) = first.and_then(|message| message.message) else {
         return Err(Status::invalid_argument("the first message must be a hello"));
     };
     let hello = read_hello(hello)?;
+    peer.require(hello.worker)?;
     let (outbox, messages) = mpsc::channel(OUTBOX);
     let connect = |reply| Command::Connect { hello: Box::new(hello), outbox, reply };
     let key = handle.ask(connect).await.map_err(status)?;

@@ -16,6 +16,7 @@ use super::dispatch::Dispatcher;
 use super::look;
 use super::submission::Submission;
 use super::view::{AccuracyView, JobEvent, JobSummary, JobView, TileView, WorkerView};
+use crate::access::Gate;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::job::{FileKind, JobId};
@@ -28,9 +29,15 @@ pub struct Handle {
     pub(super) blobs: Blobs,
     pub(super) store: Arc<dyn Store>,
     pub(super) clock: Clock,
+    pub(super) gate: Arc<Gate>,
 }
 
 impl Handle {
+    /// Knows who may do what.
+    pub fn gate(&self) -> &Gate {
+        &self.gate
+    }
+
     /// Stores a file by content. Putting it again changes nothing.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ use std::fs::File;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::net::TcpListener;
@@ -27,6 +28,7 @@ pub use handle::Handle;
 pub use submission::{Frames, Submission};
 pub use view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView, WorkerView};
 
+use crate::access::Gate;
 use crate::assemble::Workshop;
 use crate::clock::Clock;
 use crate::error::Error;
@@ -121,7 +123,8 @@ impl Service {
         let blobs = blobs.open(config.durable)?.with_grace(config.blob_grace);
         let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable).await?;
         let (sender, commands) = mpsc::channel(QUEUE);
-        let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new() };
+        let gate = Arc::new(Gate::new(store.clone()));
+        let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new(), gate };
         let commands_of_all = handle.commands.downgrade();
         let workshop = Workshop::new(commands_of_all.clone(), store.clone(), blobs.clone());
         let (grace, keep_jobs) = (config.blob_grace, config.keep_jobs);

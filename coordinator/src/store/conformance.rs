@@ -57,6 +57,7 @@ macro_rules! suite {
 }
 
 suite!(
+    records_are_replaced_by_whoever_knows_them,
     jobs_come_back_as_they_were,
     a_token_stands_for_one_job,
     epochs_count_up_by_one,
@@ -358,4 +359,29 @@ async fn a_damaged_database_is_refused() {
     let file = folder.path().join("farm.db");
     std::fs::write(&file, b"this is no database, and it is long enough to be read as one page of it ...").unwrap();
     assert!(Sqlite::open(&file, true).await.is_err());
+}
+
+async fn records_are_replaced_by_whoever_knows_them(store: &dyn Store) {
+    let replace = |key: &'static str, old: Option<&'static [u8]>, new: Option<&'static [u8]>| store.replace_record("kind", key, old, new);
+    assert!(replace("b", None, Some(b"1")).await.unwrap());
+    assert!(!replace("b", None, Some(b"2")).await.unwrap(), "something is there");
+    assert!(!replace("b", Some(b"2"), Some(b"3")).await.unwrap(), "something else is there");
+    assert!(!replace("a", Some(b"1"), Some(b"2")).await.unwrap(), "nothing is there");
+    assert!(replace("b", Some(b"1"), Some(b"2\0\xff")).await.unwrap());
+    assert_eq!(store.record("kind", "b").await.unwrap().as_deref(), Some(&b"2\0\xff"[..]));
+    assert_eq!(store.record("other", "b").await.unwrap(), None);
+    for key in ["a", "c", "B"] {
+        assert!(replace(key, None, Some(b"")).await.unwrap());
+    }
+    assert!(store.replace_record("other", "z", None, Some(b"x")).await.unwrap());
+    let keys = |rows: Vec<(String, Vec<u8>)>| rows.into_iter().map(|(key, _)| key).collect::<Vec<_>>();
+    assert_eq!(keys(store.records("kind", None, 10).await.unwrap()), ["c", "b", "a", "B"]);
+    assert_eq!(keys(store.records("kind", Some("c"), 2).await.unwrap()), ["b", "a"]);
+    assert!(replace("c", Some(b""), None).await.unwrap() && replace("c", None, None).await.unwrap());
+    assert_eq!(keys(store.records("kind", None, 1).await.unwrap()), ["b"]);
+    // Of many who take the same thing, one gets it.
+    assert!(replace("once", None, Some(b"whole")).await.unwrap());
+    let takers = (0..8).map(|_| replace("once", Some(b"whole"), Some(b"taken")));
+    let taken = futures::future::join_all(takers).await.into_iter().filter(|taken| *taken.as_ref().unwrap());
+    assert_eq!(taken.count(), 1);
 }

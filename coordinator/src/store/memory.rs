@@ -7,13 +7,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use async_trait::async_trait;
 use gradfarm_proto::Digest;
 
-use super::{Store, StoreError};
+use super::records::MemoryRecords;
+use super::{Records, Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, JobState, StoredJob, StoredUnit};
 
 /// Jobs in memory.
 #[derive(Debug, Default)]
 pub struct Memory {
     tables: Mutex<Tables>,
+    records: MemoryRecords,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -32,6 +34,21 @@ impl Memory {
     fn tables(&self) -> MutexGuard<'_, Tables> {
         // The tables are replaced whole, so a panic elsewhere cannot have left them half changed.
         self.tables.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[async_trait]
+impl Records for Memory {
+    async fn record(&self, kind: &str, key: &str) -> Result<Option<Vec<u8>>, StoreError> {
+        Ok(self.records.record(kind, key))
+    }
+
+    async fn records(&self, kind: &str, before: Option<&str>, most: u32) -> Result<Vec<(String, Vec<u8>)>, StoreError> {
+        Ok(self.records.records(kind, before, most))
+    }
+
+    async fn replace_record(&self, kind: &str, key: &str, old: Option<&[u8]>, new: Option<&[u8]>) -> Result<bool, StoreError> {
+        Ok(self.records.replace(kind, key, old, new))
     }
 }
 

@@ -8,6 +8,7 @@ mod blobs;
 mod conformance;
 mod memory;
 mod postgres;
+mod records;
 mod singleton;
 mod sql;
 mod sqlite;
@@ -22,6 +23,7 @@ use gradfarm_proto::Digest;
 pub use blobs::{BlobError, BlobUri, Blobs, GRACE, ParseBlobsError};
 pub use memory::Memory;
 pub use postgres::Postgres;
+pub use records::Records;
 pub use singleton::{Alone, Singleton};
 pub use sqlite::Sqlite;
 pub use uri::{ParseStoreError, StoreUri};
@@ -30,7 +32,7 @@ use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob
 
 /// Keeps jobs. One service at a time writes.
 #[async_trait]
-pub trait Store: Debug + Send + Sync {
+pub trait Store: Records + Debug + Send + Sync {
     /// Makes all changes durable, in order, or none of them.
     ///
     /// # Errors

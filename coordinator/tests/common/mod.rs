@@ -126,14 +126,38 @@ impl Server {
         (self.child, self.http, self.grpc) = launch(self.data.path(), workers);
     }
 
+    /// The administrator's token.
+    pub fn token(&self) -> String {
+        std::fs::read_to_string(self.data.path().join("token")).unwrap().trim().to_owned()
+    }
+
+    /// Speaks HTTP to it with that token.
+    pub fn client(&self) -> reqwest::Client {
+        client_with(Some(&self.token()))
+    }
+
     pub fn url(&self, path: &str) -> String {
         format!("{}/api/v1{path}", self.http)
     }
 
     /// Runs a client command against it.
     pub fn run(&self, arguments: &[&str]) -> Output {
-        gradfarm().args(arguments).env("GRADFARM_SERVER", &self.http).stdin(Stdio::null()).output().unwrap()
+        gradfarm()
+            .args(arguments)
+            .env("GRADFARM_SERVER", &self.http)
+            .env("GRADFARM_DATA", self.data.path())
+            .stdin(Stdio::null())
+            .output()
+            .unwrap()
     }
+}
+
+/// Speaks HTTP with a token, or without any.
+pub fn client_with(token: Option<&str>) -> reqwest::Client {
+    gradfarm::crypto::provide();
+    let headers = token.map(|token| (reqwest::header::AUTHORIZATION, format!("Bearer {token}").parse().unwrap()));
+    let client = reqwest::Client::builder().no_proxy().timeout(Duration::from_secs(120));
+    client.default_headers(headers.into_iter().collect()).build().unwrap()
 }
 
 fn launch(data: &Path, workers: u32) -> (Child, String, String) {

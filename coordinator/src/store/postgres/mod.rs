@@ -18,8 +18,8 @@ use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::{Connection as _, PgConnection, PgPool};
 use tokio::sync::Mutex;
 
-use super::sql::{Connection, read, write};
-use super::{Alone, Singleton, Store, StoreError};
+use super::sql::{Connection, read, records, write};
+use super::{Alone, Records, Singleton, Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
 use session::Session;
 use transient::patiently;
@@ -83,6 +83,31 @@ impl Postgres {
             write::make(&mut Connection::Postgres(&mut transaction), change).await?;
         }
         Ok(transaction.commit().await?)
+    }
+}
+
+#[async_trait]
+impl Records for Postgres {
+    async fn record(&self, kind: &str, key: &str) -> Result<Option<Vec<u8>>, StoreError> {
+        patiently("read a record", || async {
+            let mut connection = self.readers.acquire().await?;
+            records::one(&mut Connection::Postgres(&mut connection), kind, key).await
+        })
+        .await
+    }
+
+    async fn records(&self, kind: &str, before: Option<&str>, most: u32) -> Result<Vec<(String, Vec<u8>)>, StoreError> {
+        patiently("read records", || async {
+            let mut connection = self.readers.acquire().await?;
+            records::many(&mut Connection::Postgres(&mut connection), kind, before, most).await
+        })
+        .await
+    }
+
+    async fn replace_record(&self, kind: &str, key: &str, old: Option<&[u8]>, new: Option<&[u8]>) -> Result<bool, StoreError> {
+        // Tried once: a second try could not tell its own change from somebody else's equal one. Whoever asked may ask again.
+        let mut connection = self.readers.acquire().await?;
+        records::replace(&mut Connection::Postgres(&mut connection), kind, key, old, new).await
     }
 }
 

@@ -4,6 +4,7 @@
 //! is opened, what a commit waits for, who else may write) is told beside, in `sqlite` and `postgres`.
 
 pub(super) mod read;
+pub(super) mod records;
 mod row;
 mod statement;
 pub(super) mod write;

@@ -9,8 +9,8 @@ use gradfarm_proto::Digest;
 use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
-use super::sql::{Connection, read, write};
-use super::{Store, StoreError};
+use super::sql::{Connection, read, records, write};
+use super::{Records, Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
 
 /// Jobs in a SQLite database.
@@ -48,6 +48,24 @@ impl Sqlite {
         sqlx::migrate!("migrations/sqlite").run(&writer).await?;
         let readers = SqlitePoolOptions::new().max_connections(2).connect_with(options.read_only(true)).await?;
         Ok(Self { writer, readers })
+    }
+}
+
+#[async_trait]
+impl Records for Sqlite {
+    async fn record(&self, kind: &str, key: &str) -> Result<Option<Vec<u8>>, StoreError> {
+        let mut connection = self.readers.acquire().await?;
+        records::one(&mut Connection::Sqlite(&mut connection), kind, key).await
+    }
+
+    async fn records(&self, kind: &str, before: Option<&str>, most: u32) -> Result<Vec<(String, Vec<u8>)>, StoreError> {
+        let mut connection = self.readers.acquire().await?;
+        records::many(&mut Connection::Sqlite(&mut connection), kind, before, most).await
+    }
+
+    async fn replace_record(&self, kind: &str, key: &str, old: Option<&[u8]>, new: Option<&[u8]>) -> Result<bool, StoreError> {
+        let mut connection = self.writer.acquire().await?;
+        records::replace(&mut Connection::Sqlite(&mut connection), kind, key, old, new).await
     }
 }
 
