@@ -34,6 +34,12 @@ pub enum Error {
         /// Which file.
         kind: FileKind,
     },
+    /// The coordinator that owned the job is gone, and no other one has taken it over yet.
+    #[error("job {job} is without a coordinator at the moment; try again")]
+    Unowned {
+        /// The job.
+        job: JobId,
+    },
     /// The job is over: what was asked can no longer be done.
     #[error("job {job} is {state} already")]
     Over {

@@ -104,11 +104,40 @@ impl Coordinator {
         wait_for("the coordinator", PATIENCE, || self.ask(&["status", "--json"]).is_ok().then_some(()));
     }
 
+    /// Starts it again after its end.
+    pub fn restart(&mut self) {
+        self.process = serve(self.data.path(), self.listen, self.grpc, &self.with);
+        self.wait_until_it_answers();
+    }
+
+    /// Kills it for good.
+    pub fn kill(&mut self) {
+        self.process.kill();
+    }
+
+    /// Sends it a signal by name.
+    pub fn signal(&self, name: &str) {
+        self.process.signal(name);
+    }
+
+    /// Waits for its end.
+    pub fn end(&mut self, patience: Duration) -> ExitStatus {
+        self.process.end(patience)
+    }
+
     /// Starts a worker for it.
     pub fn worker(&self, threads: usize) -> Process {
+        Self::worker_of(&[self], threads)
+    }
+
+    /// Starts a worker for several coordinators.
+    pub fn worker_of(coordinators: &[&Coordinator], threads: usize) -> Process {
         let mut command = program(Program::Worker);
-        command.args(["--coordinator", &format!("http://{}", self.grpc), "--threads", &threads.to_string(), "--cache-size", "0"]);
-        command.arg("--data").arg(self.data.path().join("state"));
+        for coordinator in coordinators {
+            command.args(["--coordinator", &format!("http://{}", coordinator.grpc)]);
+        }
+        command.args(["--threads", &threads.to_string(), "--cache-size", "0"]);
+        command.arg("--data").arg(coordinators[0].data.path().join("state"));
         Process::start(command.args(["--log", "warn"]))
     }
 

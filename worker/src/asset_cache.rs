@@ -19,7 +19,8 @@ use crate::link::Client;
 /// Fetches and keeps content.
 #[derive(Clone)]
 pub(crate) struct AssetCache {
-    client: Client,
+    /// Whom to ask, one after the other.
+    clients: Vec<Client>,
     folder: Option<Arc<Folder>>,
 }
 
@@ -34,11 +35,11 @@ impl AssetCache {
     ///
     /// # Errors
     /// If the folder cannot be made.
-    pub(crate) fn new(client: Client, folder: Option<PathBuf>, most: u64) -> io::Result<Self> {
+    pub(crate) fn new(clients: Vec<Client>, folder: Option<PathBuf>, most: u64) -> io::Result<Self> {
         if let Some(path) = &folder {
             fs::create_dir_all(path)?;
         }
-        Ok(Self { client, folder: folder.map(|path| Arc::new(Folder { path, most })) })
+        Ok(Self { clients, folder: folder.map(|path| Arc::new(Folder { path, most })) })
     }
 
     /// The content of a digest. Waits for a coordinator that is away.
@@ -65,8 +66,8 @@ impl AssetCache {
 
     async fn fetch_patiently(&self, digest: Digest) -> Result<Bytes, String> {
         let mut backoff = Backoff::new();
-        loop {
-            match self.fetch(digest).await {
+        for client in self.clients.iter().cycle() {
+            match fetch(client.clone(), digest).await {
                 Ok(bytes) => return Ok(bytes),
                 Err(status) if matches!(status.code(), Code::NotFound | Code::InvalidArgument | Code::OutOfRange) => {
                     return Err(format!("asset {digest}: {}", status.message()));
@@ -75,21 +76,22 @@ impl AssetCache {
             }
             tokio::time::sleep(backoff.wait()).await;
         }
+        Err(format!("asset {digest}: there is nobody to ask"))
     }
+}
 
-    async fn fetch(&self, digest: Digest) -> Result<Bytes, Status> {
-        let request = v1::FetchAssetRequest { digest: digest.to_bytes() };
-        let mut chunks = self.client.clone().fetch_asset(request).await?.into_inner();
-        let mut bytes = Vec::new();
-        while let Some(chunk) = chunks.message().await? {
-            if (bytes.len() + chunk.data.len()) as u64 > limits::ASSET {
-                return Err(Status::out_of_range(format!("larger than {} bytes", limits::ASSET)));
-            }
-            bytes.extend_from_slice(&chunk.data);
+async fn fetch(mut client: Client, digest: Digest) -> Result<Bytes, Status> {
+    let request = v1::FetchAssetRequest { digest: digest.to_bytes() };
+    let mut chunks = client.fetch_asset(request).await?.into_inner();
+    let mut bytes = Vec::new();
+    while let Some(chunk) = chunks.message().await? {
+        if (bytes.len() + chunk.data.len()) as u64 > limits::ASSET {
+            return Err(Status::out_of_range(format!("larger than {} bytes", limits::ASSET)));
         }
-        let found = Digest::of(&bytes);
-        if found == digest { Ok(bytes.into()) } else { Err(Status::data_loss(format!("content arrived with digest {found}"))) }
+        bytes.extend_from_slice(&chunk.data);
     }
+    let found = Digest::of(&bytes);
+    if found == digest { Ok(bytes.into()) } else { Err(Status::data_loss(format!("content arrived with digest {found}"))) }
 }
 
 impl Folder {

@@ -15,7 +15,9 @@ const THREADS: usize = 1024;
 pub struct Config {
     /// Where the coordinator listens for workers, such as `http://127.0.0.1:7781`.
     pub coordinator: String,
-    /// What the worker shows the coordinator.
+    /// Where other coordinators of the same farm listen.
+    pub others: Vec<String>,
+    /// What the worker shows the coordinators.
     pub credential: Credential,
     /// For people; at most 200 bytes.
     pub name: String,
@@ -34,6 +36,7 @@ impl Config {
     pub fn new(coordinator: impl Into<String>, name: impl Into<String>, threads: usize) -> Self {
         Self {
             coordinator: coordinator.into(),
+            others: Vec::new(),
             credential: Credential::None,
             name: name.into(),
             threads,
@@ -54,9 +57,9 @@ impl Config {
         if self.scenes == 0 {
             return invalid("scenes", "0".into(), "1 or more".into());
         }
-        if !self.coordinator.starts_with("http://") {
+        if let Some(wrong) = [&self.coordinator].into_iter().chain(&self.others).find(|url| !url.starts_with("http://")) {
             let expected = "an address such as http://127.0.0.1:7781; TLS is not spoken yet".into();
-            return invalid("coordinator", format!("{:?}", self.coordinator), expected);
+            return invalid("coordinator", format!("{wrong:?}"), expected);
         }
         Ok(())
     }

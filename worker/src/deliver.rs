@@ -21,11 +21,12 @@ pub(crate) struct Delivery {
     pub(crate) render_seconds: f64,
 }
 
-/// Delivers; returns once the coordinator has answered, whatever it said.
-pub(crate) async fn deliver(mut client: Client, delivery: Delivery) {
+/// Delivers to one coordinator after the other; returns once one has answered, whatever it said.
+pub(crate) async fn deliver(mut clients: Vec<Client>, delivery: Delivery) {
     let mut backoff = Backoff::new();
     let lease = delivery.lease;
     loop {
+        let Some(client) = clients.first_mut() else { return };
         match client.deliver(tokio_stream::iter(chunks(&delivery))).await {
             Ok(reply) => {
                 let reply = reply.into_inner();
@@ -45,6 +46,8 @@ pub(crate) async fn deliver(mut client: Client, delivery: Delivery) {
             }
             Err(status) => tracing::debug!(unit = lease.unit, problem = %status, "result kept, trying again"),
         }
+        // Another coordinator may have taken the job over.
+        clients.rotate_left(1);
         tokio::time::sleep(backoff.wait()).await;
     }
 }

@@ -25,6 +25,8 @@ pub(crate) struct Task {
     pub(crate) guide: Option<Arc<TileGuide>>,
     pub(crate) plan: Arc<Plan>,
     pub(crate) exposure: Arc<Exposure>,
+    /// Who is told what becomes of it.
+    pub(crate) reports: UnboundedSender<Report>,
 }
 
 /// What a rendering thread reports.
@@ -36,9 +38,12 @@ pub(crate) enum Report {
     Finished { lease: LeaseName, outcome: Result<EncodedBlock, String>, render_seconds: f64 },
 }
 
-/// The threads and their queue.
+/// The threads and their queue, shared by all who hand them units.
+#[derive(Clone)]
 pub(crate) struct Pool {
     shared: Arc<Shared>,
+    /// Closes the queue when nobody can hand in units any more.
+    _open: Arc<Open>,
 }
 
 #[derive(Default)]
@@ -54,15 +59,16 @@ struct Queue {
 }
 
 impl Pool {
-    /// Starts the threads; they report to `reports` until the pool is dropped.
+    /// Starts the threads; they work until every copy of the pool is dropped.
     ///
     /// # Errors
     /// If the system gives no more threads.
-    pub(crate) fn start(threads: usize, reports: &UnboundedSender<Report>) -> Result<Self, Error> {
-        let pool = Self { shared: Arc::default() };
+    pub(crate) fn start(threads: usize) -> Result<Self, Error> {
+        let shared = Arc::<Shared>::default();
+        let pool = Self { shared: shared.clone(), _open: Arc::new(Open(shared.clone())) };
         for k in 0..threads {
-            let (shared, reports) = (pool.shared.clone(), reports.clone());
-            let spawned = thread::Builder::new().name(format!("render-{k}")).spawn(move || work(&shared, &reports));
+            let shared = shared.clone();
+            let spawned = thread::Builder::new().name(format!("render-{k}")).spawn(move || work(&shared));
             spawned.map_err(|source| Error::Io { what: format!("rendering thread {k}"), source })?;
         }
         Ok(pool)
@@ -83,13 +89,16 @@ impl Pool {
     }
 }
 
-impl Drop for Pool {
+/// The queue, as long as somebody can hand in units.
+struct Open(Arc<Shared>);
+
+impl Drop for Open {
     /// Threads end after the unit they are at.
     fn drop(&mut self) {
-        let mut queue = self.shared.lock();
+        let mut queue = self.0.lock();
         queue.closed = true;
         queue.tasks.clear();
-        self.shared.changed.notify_all();
+        self.0.changed.notify_all();
     }
 }
 
@@ -113,10 +122,11 @@ impl Shared {
     }
 }
 
-fn work(shared: &Shared, reports: &UnboundedSender<Report>) {
+fn work(shared: &Shared) {
     while let Some(task) = shared.next() {
-        if reports.send(Report::Started { lease: task.lease }).is_err() {
-            return;
+        if task.reports.send(Report::Started { lease: task.lease }).is_err() {
+            // Who wanted it is gone.
+            continue;
         }
         let start = Instant::now();
         // `render_unit` keeps nothing between calls, so a panic leaves nothing half done behind.
@@ -129,9 +139,8 @@ fn work(shared: &Shared, reports: &UnboundedSender<Report>) {
             Ok(block) => block::encode(&block).map_err(|error| format!("encoding the block: {error}")),
             Err(panic) => Err(format!("rendering panicked: {}", words(panic.as_ref()))),
         };
-        if reports.send(Report::Finished { lease: task.lease, outcome, render_seconds }).is_err() {
-            return;
-        }
+        // Who wanted it may be gone.
+        let _gone = task.reports.send(Report::Finished { lease: task.lease, outcome, render_seconds });
     }
 }
 

@@ -21,11 +21,11 @@ use tokio::time::Instant;
 
 use crate::asset_cache::AssetCache;
 use crate::config::Config;
-use crate::credential::Bearer;
+use crate::crew::Crew;
 use crate::deliver::{Delivery, deliver};
 use crate::error::Error;
-use crate::execute::{Pool, Report, Task};
-use crate::link::{self, Client, News};
+use crate::execute::{Report, Task};
+use crate::link::{self, News};
 use crate::scene_cache::{Prepared, SceneCache, Sight, prepare};
 
 /// How long a worker that is told to stop may take to finish and deliver what it is at.
@@ -68,11 +68,12 @@ enum Done {
 
 struct Loop {
     config: Config,
-    worker: [u8; 16],
-    pool: Pool,
+    crew: Arc<Crew>,
+    /// Which of the crew this is.
+    own: usize,
+    reporter: mpsc::UnboundedSender<Report>,
     assets: AssetCache,
     scenes: SceneCache,
-    client: Client,
     held: BTreeMap<LeaseName, Held>,
     /// Scenes in the making, results on their way.
     tasks: JoinSet<Done>,
@@ -84,28 +85,26 @@ struct Loop {
     stopping: bool,
 }
 
-/// Runs a worker.
+/// Works for one of the crew's coordinators.
 ///
 /// # Errors
-/// If it cannot start, or the coordinator refuses it for good.
-pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
+/// If it cannot start, or the coordinator refuses the worker for good.
+pub(crate) async fn run(own: usize, crew: Arc<Crew>, config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
     // Two connections, so that heartbeats never wait behind results.
-    let bearer = Bearer::new(config.credential.clone());
+    let bearer = crew.bearer(own);
     let control = link::client(&config.coordinator, bearer.clone())?;
-    let client = link::client(&config.coordinator, bearer.clone())?;
     let folder = |source| Error::Io { what: "cache folder".into(), source };
-    let assets = AssetCache::new(client.clone(), config.cache.clone(), config.cache_bytes).map_err(folder)?;
+    let assets = AssetCache::new(crew.clients(own), config.cache.clone(), config.cache_bytes).map_err(folder)?;
     let (reporter, mut reports) = mpsc::unbounded_channel();
-    let pool = Pool::start(config.threads, &reporter)?;
     let (sender, mut news) = mpsc::channel(64);
     let link = tokio::spawn(link::keep(config.coordinator.clone(), control, bearer, sender));
     let mut state = Loop {
-        worker: uuid::Uuid::now_v7().into_bytes(),
         scenes: SceneCache::new(config.scenes),
         config,
-        pool,
+        crew,
+        own,
+        reporter,
         assets,
-        client,
         held: BTreeMap::new(),
         tasks: JoinSet::new(),
         preparing: Vec::new(),
@@ -143,6 +142,9 @@ impl Loop {
                 }
                 () = tokio::time::sleep_until(beat) => {
                     beat = Instant::now() + self.heartbeat;
+                    if self.outbox.is_none() {
+                        self.crew.set_orphans(self.own, self.held.keys().copied());
+                    }
                     self.say(Say::Heartbeat(v1::Heartbeat { held: self.names(), scenes: self.scene_names() })).await;
                 }
                 Some(report) = reports.recv() => self.hear(report).await,
@@ -155,6 +157,7 @@ impl Loop {
                     Some(News::Up(outbox)) => {
                         tracing::info!(coordinator = %self.config.coordinator, "connected");
                         (self.outbox, self.asked) = (Some(outbox), 0);
+                        self.crew.set_orphans(self.own, std::iter::empty());
                     }
                     Some(News::Message(message)) => {
                         if let Told::Welcome(welcome) = &message {
@@ -163,7 +166,10 @@ impl Loop {
                         }
                         self.obey(message).await;
                     }
-                    Some(News::Down) => self.outbox = None,
+                    Some(News::Down) => {
+                        self.outbox = None;
+                        self.crew.set_orphans(self.own, self.held.keys().copied());
+                    }
                     Some(News::Refused(error)) => return Err(error),
                     None => return Err(Error::Coordinator { url: self.config.coordinator.clone(), reason: "the link broke off".into() }),
                 },
@@ -180,7 +186,7 @@ impl Loop {
         v1::Hello {
             protocol_min: *version::SPOKEN.start(),
             protocol_max: *version::SPOKEN.end(),
-            worker: Bytes::copy_from_slice(&self.worker),
+            worker: Bytes::copy_from_slice(&self.crew.worker),
             name: self.config.name.clone(),
             threads: self.config.threads as u32,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -190,7 +196,7 @@ impl Loop {
     }
 
     fn names(&self) -> Vec<v1::LeaseRef> {
-        self.held.keys().map(|lease| (*lease).into()).collect()
+        self.held.keys().copied().chain(self.crew.orphans(self.own)).map(Into::into).collect()
     }
 
     fn scene_names(&self) -> Vec<Bytes> {
@@ -269,7 +275,8 @@ impl Loop {
     fn queue(&mut self, lease: LeaseName, exposure: Arc<Exposure>) {
         if let Some(held) = self.held.get_mut(&lease) {
             held.stage = Stage::Queued;
-            self.pool.push(Task { lease, unit: held.unit, guide: held.guide.clone(), plan: held.plan.clone(), exposure });
+            let reports = self.reporter.clone();
+            self.crew.pool.push(Task { reports, lease, unit: held.unit, guide: held.guide.clone(), plan: held.plan.clone(), exposure });
         }
     }
 
@@ -319,10 +326,10 @@ impl Loop {
                     Ok(block) => {
                         held.stage = Stage::Delivering;
                         let (load_seconds, compile_seconds) = (held.load_seconds, held.compile_seconds);
-                        let delivery = Delivery { worker: self.worker, lease, block, load_seconds, compile_seconds, render_seconds };
-                        let client = self.client.clone();
+                        let delivery = Delivery { worker: self.crew.worker, lease, block, load_seconds, compile_seconds, render_seconds };
+                        let clients = self.crew.clients(self.own);
                         let deliver = async move {
-                            deliver(client, delivery).await;
+                            deliver(clients, delivery).await;
                             Done::Delivered(lease)
                         };
                         held.delivery = Some(self.tasks.spawn(deliver));
@@ -338,7 +345,7 @@ impl Loop {
     }
 
     fn drop_lease(&mut self, lease: LeaseName) {
-        self.pool.remove(lease);
+        self.crew.pool.remove(lease);
         if let Some(delivery) = self.held.remove(&lease).and_then(|held| held.delivery) {
             delivery.abort();
         }

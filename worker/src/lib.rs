@@ -1,6 +1,6 @@
 //! A worker of the farm: takes leases over one outbound stream, renders their units off the async threads, delivers the blocks.
 //!
-//! `lease_loop` is the heart: it knows every lease that the worker holds and what became of it. `link` keeps the stream to the
+//! `lease_loop` is the heart: it knows every lease that a coordinator granted and what became of it; `crew` runs one for each coordinator. `link` keeps the stream to the
 //! coordinator, `execute` owns the rendering threads, `scene_cache` and `asset_cache` keep what units share, `deliver` brings results
 //! home,
 //! `credential` is what the worker shows the coordinator. Async threads never render, rendering threads never wait for the network.
@@ -9,6 +9,7 @@ mod asset_cache;
 mod backoff;
 mod config;
 mod credential;
+mod crew;
 mod deliver;
 mod error;
 mod execute;
@@ -29,5 +30,5 @@ pub use error::Error;
 /// If the configuration cannot work, or the coordinator refuses the worker for good.
 pub async fn run(config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
     config.check()?;
-    lease_loop::run(config, shutdown).await
+    crew::run(config, shutdown).await
 }

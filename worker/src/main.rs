@@ -22,9 +22,9 @@ use tracing_subscriber::EnvFilter;
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100, after_help = "Example: gradfarm-worker --coordinator http://127.0.0.1:7781 --threads 8")]
 struct Arguments {
-    /// Where the coordinator listens for workers.
-    #[arg(long, value_name = "URL", env = "GRADFARM_COORDINATOR", default_value = "http://127.0.0.1:7781")]
-    coordinator: String,
+    /// Where the coordinator listens for workers; several times, or with commas, for several coordinators of one farm.
+    #[arg(long, value_name = "URL", env = "GRADFARM_COORDINATOR", value_delimiter = ',', default_value = "http://127.0.0.1:7781")]
+    coordinator: Vec<String>,
     /// File with the worker's token; read again before every connection [default: DIR/worker-token of --data].
     #[arg(long, value_name = "FILE", env = "GRADFARM_TOKEN_FILE")]
     token_file: Option<PathBuf>,
@@ -80,12 +80,15 @@ async fn start(arguments: Arguments) -> anyhow::Result<()> {
         Some(threads) => threads,
         None => std::thread::available_parallelism()?.get(),
     };
-    let mut config = Config::new(arguments.coordinator, arguments.name.unwrap_or_else(default_name), threads);
+    let mut coordinators = arguments.coordinator.into_iter();
+    let first = coordinators.next().ok_or_else(|| anyhow::anyhow!("no coordinator is named"))?;
+    let mut config = Config::new(first, arguments.name.unwrap_or_else(default_name), threads);
     config.credential = Credential::File(arguments.token_file.unwrap_or_else(|| arguments.data.join("worker-token")));
     config.cache = (arguments.cache_size > 0).then(|| arguments.cache.or_else(default_cache)).flatten();
     config.cache_bytes = u64::from(arguments.cache_size) << 30;
+    config.others = coordinators.collect();
     config.scenes = arguments.scenes;
-    tracing::info!(name = %config.name, threads, coordinator = %config.coordinator, cache = ?config.cache, "worker starts");
+    tracing::info!(name = %config.name, threads, coordinator = %config.coordinator, others = ?config.others, cache = ?config.cache, "worker starts");
     let told = stop_signal()?;
     gradfarm_worker::run(config, told).await?;
     tracing::info!("worker stopped");

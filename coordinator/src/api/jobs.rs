@@ -4,13 +4,13 @@ use axum::Json;
 use axum::body::Bytes;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{FromRequest, Multipart, Path, Query, Request, State};
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 
 use super::json::{Job, JobPage};
 use super::problem::Problem;
-use super::submission;
+use super::{relay, submission};
 use crate::job::JobId;
 use crate::service::Handle;
 
@@ -51,7 +51,11 @@ const PAGE: usize = 50;
 const PAGE_MOST: usize = 500;
 
 /// `GET /jobs`: newest first. The cursor is the last job of the page before, so pages stay whole while jobs come in.
-pub(super) async fn list(State(service): State<Handle>, page: Result<Query<Page>, QueryRejection>) -> Result<Json<JobPage>, Problem> {
+pub(super) async fn list(
+    State(service): State<Handle>,
+    headers: HeaderMap,
+    page: Result<Query<Page>, QueryRejection>,
+) -> Result<Json<JobPage>, Problem> {
     let Query(page) = page?;
     let limit = page.limit.unwrap_or(PAGE);
     if !(1..=PAGE_MOST).contains(&limit) {
@@ -64,7 +68,13 @@ pub(super) async fn list(State(service): State<Handle>, page: Result<Query<Page>
     let more = jobs.len() > limit;
     jobs.truncate(limit);
     let next = if more { jobs.last().map(|job| job.id.to_string()) } else { None };
-    Ok(Json(JobPage { jobs: jobs.into_iter().map(Into::into).collect(), next }))
+    let own = JobPage { jobs: jobs.into_iter().map(Into::into).collect(), next };
+    if relay::is_relayed(&headers) {
+        return Ok(Json(own));
+    }
+    let mut pages = relay::pages(&service, limit, before, &headers).await?;
+    pages.push(own);
+    Ok(Json(relay::merge(pages, limit)))
 }
 
 /// `GET /jobs/{job}`.

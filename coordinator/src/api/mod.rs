@@ -33,6 +33,7 @@ mod health;
 mod jobs;
 pub mod json;
 pub mod problem;
+mod relay;
 pub mod roles;
 pub mod submission;
 pub mod tokens;
@@ -79,6 +80,7 @@ pub fn router(handle: Handle) -> Router {
         .route("/workers", get(workers::list))
         .route("/tokens", get(tokens::list).post(tokens::issue))
         .route("/tokens/{token}", delete(tokens::revoke))
+        .layer(middleware::from_fn_with_state(handle.clone(), relay::relay))
         .with_state(handle.clone());
     Router::new()
         .nest(ROOT, routes)

@@ -99,6 +99,11 @@ impl Problem {
         Self::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "media-type", "The body is of another kind than expected", detail)
     }
 
+    /// 503: nobody can answer now, but soon.
+    pub fn unavailable(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Not available at the moment", detail)
+    }
+
     /// 503: the coordinator is going down.
     pub fn stopping() -> Self {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "stopping", "The coordinator is stopping", "try again when it is back")
@@ -166,6 +171,7 @@ impl From<Error> for Problem {
                 Self::unprocessable("missing-assets", "The scene is incomplete", detail).with("missing", digests)
             }
             Error::Stopped => Self::stopping(),
+            Error::Unowned { .. } => Self::unavailable(detail),
             Error::NotLoopback(_)
             | Error::Private(_)
             | Error::Listen { .. }

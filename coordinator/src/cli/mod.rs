@@ -16,6 +16,7 @@ mod local;
 mod local_farm;
 mod measured;
 mod method;
+mod migrate;
 mod options;
 mod outputs;
 mod pause;
@@ -65,6 +66,8 @@ enum Command {
     Render(render::Render),
     /// Start a coordinator
     Serve(serve::Serve),
+    /// Copy all jobs and blobs to another database and storage
+    Migrate(migrate::Migrate),
     /// Hand a scene to a coordinator
     Submit(submit::Submit),
     /// List jobs, or show one
@@ -123,6 +126,7 @@ fn run(cli: Cli) -> Result<(), Error> {
     match cli.command {
         Command::Render(command) => command.run(),
         Command::Serve(command) => command.run(),
+        Command::Migrate(command) => wait_for(command.run()),
         Command::Submit(command) => wait_for(command.run()),
         Command::Status(command) => wait_for(command.run()),
         Command::Watch(command) => wait_for(command.run()),

@@ -51,6 +51,8 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
     let service = service::Config {
         store: config.store.clone(),
         blobs: config.blobs.clone(),
+        http: format!("http://{address}"),
+        grpc: format!("http://{}", grpc.local_addr().map_err(|fault| Error::Failed(fault.to_string()))?),
         blob_grace: config.blob_grace,
         keep_jobs: config.keep_jobs,
         ..service::Config::new(&config.data)

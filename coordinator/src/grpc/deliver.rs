@@ -39,6 +39,8 @@ enum Standing {
     Due(Expected),
     /// The result would count, but what it must look like is being found out again.
     Unguided,
+    /// There is no such job here.
+    Unknown,
     /// It would not, or has counted already.
     Over(Answer),
 }
@@ -60,6 +62,10 @@ pub(super) async fn deliver(
         Standing::Due(expected) => expected,
         Standing::Unguided => return Err(Status::unavailable("the guide of this unit is being made again")),
         Standing::Over(answer) => return Ok(reply(answer)),
+        Standing::Unknown if handle.may_be_elsewhere(JobId::from_bytes(lease.job)).await.map_err(status)? => {
+            return Err(Status::unavailable("another coordinator has this job"));
+        }
+        Standing::Unknown => return Ok(reply(Answer::Superseded)),
     };
     let allowed = block::encoded_size(expected.work.tile, &expected.layout, limits::LINES);
     let compressed = match receive(&header, allowed, &mut chunks).await? {
@@ -99,7 +105,7 @@ fn read_header(header: &v1::ResultHeader) -> Result<Header, Status> {
 }
 
 fn standing(dispatcher: &mut Dispatcher, lease: LeaseName, digest: Digest) -> Standing {
-    let Some(job) = dispatcher.job(JobId::from_bytes(lease.job)) else { return Standing::Over(Answer::Superseded) };
+    let Some(job) = dispatcher.job(JobId::from_bytes(lease.job)) else { return Standing::Unknown };
     if job.awaits(lease.unit, lease.epoch) {
         let Ok(guide) = job.guide_of(lease.unit) else { return Standing::Unguided };
         return Standing::Due(Expected { work: job.split.work(lease.unit), layout: job.record.plan.layout(), guide });

@@ -10,16 +10,19 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::dispatch::Dispatcher;
 use crate::error::Error;
-use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, Measured, SolvedWindow, WorkerId};
+use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, Measured, SolvedWindow, StoredJob, WorkerId};
+use crate::store::StoreError;
 
 /// One thing to do. Answers are sent after everything they rest on is durable.
 pub(crate) enum Command {
-    /// Accept a job.
-    Submit { record: Box<JobRecord>, reply: oneshot::Sender<Result<JobId, Error>> },
+    /// Accept a job, which is stored already if it is `kept`.
+    Submit { record: Box<JobRecord>, kept: bool, reply: oneshot::Sender<Result<JobId, Error>> },
     /// Call a job off.
     Cancel { job: JobId, reply: oneshot::Sender<Result<(), Error>> },
     /// Pause a job, or let it go on.
     Pause { job: JobId, paused: bool, reply: oneshot::Sender<Result<(), Error>> },
+    /// Jobs whose owner is gone, to be worked on from now on; or why this run is over.
+    Adopt { outcome: Result<Vec<StoredJob>, StoreError> },
     /// Forget jobs that were over for so long.
     Forget { keep: Duration },
     /// Look at the state; the closure answers by itself.

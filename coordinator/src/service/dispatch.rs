@@ -10,6 +10,7 @@ use gradfarm_proto::v1;
 use gradfarm_proto::v1::coordinator_message::Message;
 use tokio::sync::{broadcast, mpsc, oneshot};
 
+use super::cluster::own_jobs;
 use super::command::{Command, Hello, SessionKey};
 use super::grant::grants;
 use super::look;
@@ -35,7 +36,9 @@ pub(crate) struct Dispatcher {
     pub(super) jobs: BTreeMap<JobId, Job>,
     pub(super) roster: Roster,
     heartbeat: Duration,
-    ttl: Duration,
+    pub(super) ttl: Duration,
+    /// Why the loop must end.
+    pub(super) broken: Option<Error>,
     /// Until then no lease runs out: the loop itself was held up.
     patient_until: Timestamp,
     /// Jobs that are not over.
@@ -50,11 +53,11 @@ pub(crate) struct Dispatcher {
 #[derive(Default)]
 pub(super) struct Turn {
     pub(super) changes: Vec<Change>,
-    effects: Vec<Effect>,
+    pub(super) effects: Vec<Effect>,
 }
 
 /// What is done once the turn's changes are durable.
-enum Effect {
+pub(super) enum Effect {
     Reply(Box<dyn FnOnce() + Send>),
     Look(Box<dyn FnOnce(&mut Dispatcher) + Send>),
     Send(WorkerId, Message),
@@ -78,6 +81,7 @@ impl Dispatcher {
             roster: Roster::default(),
             heartbeat,
             ttl,
+            broken: None,
             patient_until: clock.now(),
             open: BTreeSet::new(),
             tokens: BTreeMap::new(),
@@ -86,14 +90,9 @@ impl Dispatcher {
             assembler,
         };
         let mut pending = Vec::new();
-        for stored in dispatcher.store.jobs().await? {
-            let id = stored.record.id;
-            let (job, actions) = Job::restore(stored, clock.now(), ttl)?;
-            pending.extend(actions.into_iter().filter_map(|action| match action {
-                Action::Do(errand) => Some((id, errand)),
-                _ => None,
-            }));
-            dispatcher.admit(job);
+        for stored in own_jobs(dispatcher.store.as_ref()).await? {
+            let (id, errands) = dispatcher.take_up(stored)?;
+            pending.extend(errands.into_iter().map(|errand| (id, errand)));
         }
         Ok((dispatcher, pending))
     }
@@ -138,6 +137,9 @@ impl Dispatcher {
                     self.patient_until = self.now() + self.ttl;
                 }
             }
+            if let Some(error) = self.broken.take() {
+                return Err(error);
+            }
             self.finish(turn.effects);
         }
         self.roster.dismiss();
@@ -148,7 +150,7 @@ impl Dispatcher {
         self.clock.now()
     }
 
-    fn admit(&mut self, job: Job) {
+    pub(super) fn admit(&mut self, job: Job) {
         let id = job.record.id;
         if let Some(token) = &job.record.client_token {
             self.tokens.insert(token.clone(), id);
@@ -161,8 +163,8 @@ impl Dispatcher {
 
     fn take(&mut self, command: Command, turn: &mut Turn) {
         match command {
-            Command::Submit { record, reply } => {
-                let outcome = self.submit(*record, turn);
+            Command::Submit { record, kept, reply } => {
+                let outcome = self.submit(*record, kept, turn);
                 turn.effects.push(answer(reply, outcome));
             }
             Command::Cancel { job, reply } => {
@@ -173,6 +175,7 @@ impl Dispatcher {
                 let outcome = self.pause(job, paused, turn);
                 turn.effects.push(answer(reply, outcome));
             }
+            Command::Adopt { outcome } => self.adopt(outcome, turn),
             Command::Forget { keep } => self.forget(keep, turn),
             Command::Look(look) => turn.effects.push(Effect::Look(look)),
             Command::Connect { hello, outbox, reply } => {
@@ -225,7 +228,7 @@ impl Dispatcher {
         }
     }
 
-    fn submit(&mut self, record: JobRecord, turn: &mut Turn) -> Result<JobId, Error> {
+    fn submit(&mut self, record: JobRecord, kept: bool, turn: &mut Turn) -> Result<JobId, Error> {
         if let Some(token) = &record.client_token
             && let Some(known) = self.tokens.get(token).and_then(|id| self.jobs.get(id))
         {
@@ -234,8 +237,13 @@ impl Dispatcher {
             return if same { Ok(id) } else { Err(Error::TokenReused { token: token.clone(), job: id }) };
         }
         let id = record.id;
+        if kept && self.jobs.contains_key(&id) {
+            // The store handed it out before this came.
+            return Ok(id);
+        }
         tracing::info!(job = %id, name = %record.name, "job submitted");
-        let (job, actions) = job::submit(record)?;
+        let (job, mut actions) = job::submit(record)?;
+        actions.retain(|action| !(kept && matches!(action, Action::Keep(Change::Submitted(_)))));
         self.admit(job);
         self.sort(id, actions, turn);
         Ok(id)
@@ -302,7 +310,7 @@ impl Dispatcher {
             let id = JobId::from_bytes(job);
             if self.jobs.contains_key(&id) {
                 self.apply(id, Event::Renewed { unit, epoch, worker, until }, turn);
-            } else {
+            } else if self.store.cluster().is_none() {
                 turn.effects.push(revoke(worker, *lease));
             }
         }

@@ -70,7 +70,7 @@ impl Handle {
     /// What is wrong with the submission; [`Error::MissingAssets`] lists what to put first.
     pub async fn submit(&self, submission: Submission) -> Result<JobId, Error> {
         let record = admit(submission, &self.blobs, self.clock.now()).await?;
-        self.ask(|reply| Command::Submit { record: Box::new(record), reply }).await?
+        self.accept(record).await
     }
 
     /// All jobs, newest first.

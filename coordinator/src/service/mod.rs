@@ -3,6 +3,7 @@
 //! `dispatch` is the loop that owns jobs and workers, `grant` words its leases, `command` what it can be asked, `admit` checks submissions, `look` makes views.
 
 mod admit;
+mod cluster;
 pub(crate) mod command;
 pub(crate) mod dispatch;
 mod grant;
@@ -16,13 +17,14 @@ mod view;
 use std::fs::File;
 use std::future::Future;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
+use uuid::Uuid;
 
 pub use handle::Handle;
 pub use submission::{Frames, Submission};
@@ -35,7 +37,7 @@ use crate::error::Error;
 use crate::grpc;
 pub use crate::job::Seconds;
 use crate::job::{Errand, JobId};
-use crate::store::{BlobUri, GRACE as GRACE_OF_BLOBS, StoreUri};
+use crate::store::{BlobUri, GRACE as GRACE_OF_BLOBS, Presence, StoreUri};
 use command::Command;
 use dispatch::Dispatcher;
 use sweep::Sweeper;
@@ -52,6 +54,10 @@ pub struct Config {
     pub state: PathBuf,
     /// Where jobs are kept; a SQLite file in the state folder if nothing else is said.
     pub store: Option<StoreUri>,
+    /// Where this coordinator answers people, for others on the same store; such as `http://127.0.0.1:7700`.
+    pub http: String,
+    /// Where it answers workers.
+    pub grpc: String,
     /// Where bytes are kept; the folder `blobs` in the state folder if nothing else is said.
     pub blobs: Option<BlobUri>,
     /// How long bytes are kept that nobody names.
@@ -72,6 +78,8 @@ impl Config {
         Self {
             state: state.into(),
             store: None,
+            http: String::new(),
+            grpc: String::new(),
             blobs: None,
             blob_grace: GRACE_OF_BLOBS,
             keep_jobs: None,
@@ -121,7 +129,8 @@ impl Service {
         }
         let blobs = config.blobs.unwrap_or_else(|| BlobUri::File(config.state.join("blobs")));
         let blobs = blobs.open(config.durable)?.with_grace(config.blob_grace);
-        let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable).await?;
+        let presence = Presence { place: place(&config.state).map_err(io)?, http: config.http, grpc: config.grpc };
+        let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable, &presence).await?;
         let (sender, commands) = mpsc::channel(QUEUE);
         let gate = Arc::new(Gate::new(store.clone()));
         let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new(), gate };
@@ -160,6 +169,8 @@ impl Service {
         tokio::pin!(server, turns, shutdown);
         // Beside the loop, and over when this is.
         let mut beside = JoinSet::new();
+        let store = sweeper.store.clone();
+        beside.spawn(cluster::keep_alive(store.clone(), sweeper.commands.clone()));
         beside.spawn(sweeper.run());
         tracing::info!(%address, "serving workers");
         tokio::select! {
@@ -171,9 +182,28 @@ impl Service {
         // Both loops hold a receiver.
         let _both_gone = stop.send(true);
         turns.await?;
+        if let Some(cluster) = store.cluster() {
+            beside.shutdown().await;
+            if let Err(error) = cluster.leave().await {
+                tracing::warn!(%error, "the others will notice the end of this coordinator by its silence");
+            }
+        }
         match tokio::time::timeout(GRACE, server).await {
             Ok(outcome) => outcome,
             Err(_) => Ok(()),
         }
     }
+}
+
+/// What names a state folder over restarts. Whoever holds the folder's lock knows that earlier runs in it are over.
+fn place(state: &Path) -> std::io::Result<Uuid> {
+    let file = state.join("place");
+    if let Ok(text) = std::fs::read_to_string(&file)
+        && let Ok(place) = text.trim().parse()
+    {
+        return Ok(place);
+    }
+    let place = Uuid::now_v7();
+    std::fs::write(&file, format!("{place}\n"))?;
+    Ok(place)
 }

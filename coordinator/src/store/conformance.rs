@@ -34,7 +34,7 @@ async fn sqlite() -> Subject {
 async fn postgres() -> Option<Subject> {
     let uri: StoreUri =
         tokio::task::spawn_blocking(|| crate::postgres::shared().map(crate::postgres::Server::database)).await.unwrap()?.parse().unwrap();
-    Some(Subject { store: uri.open(true).await.unwrap(), _folder: None })
+    Some(Subject { store: uri.open(true, &Presence::hidden()).await.unwrap(), _folder: None })
 }
 
 /// Runs each case against each store.

@@ -4,9 +4,11 @@
 //! that nobody names, never a name without a blob.
 
 mod blobs;
+mod cluster;
 #[cfg(test)]
 mod conformance;
 mod memory;
+mod migrate;
 mod postgres;
 mod records;
 mod singleton;
@@ -21,7 +23,9 @@ use async_trait::async_trait;
 use gradfarm_proto::Digest;
 
 pub use blobs::{BlobError, BlobUri, Blobs, GRACE, ParseBlobsError};
+pub use cluster::{Cluster, Owner, Presence};
 pub use memory::Memory;
+pub use migrate::{MigrateError, migrate};
 pub use postgres::Postgres;
 pub use records::Records;
 pub use singleton::{Alone, Singleton};
@@ -30,7 +34,7 @@ pub use uri::{ParseStoreError, StoreUri};
 
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
 
-/// Keeps jobs. One service at a time writes.
+/// Keeps jobs. One service at a time writes to a job.
 #[async_trait]
 pub trait Store: Records + Debug + Send + Sync {
     /// Makes all changes durable, in order, or none of them.
@@ -62,6 +66,11 @@ pub trait Store: Records + Debug + Send + Sync {
     /// # Errors
     /// If the store cannot be read.
     async fn files(&self) -> Result<Vec<Digest>, StoreError>;
+
+    /// What several coordinators need of a store that they share; nothing where there is one writer.
+    fn cluster(&self) -> Option<&dyn Cluster> {
+        None
+    }
 
     /// Takes over work that one coordinator at a time does for all; nothing if another one does it. A store that has one writer has
     /// nobody else.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use sqlx::postgres::PgConnectOptions;
 
-use super::{Postgres, Sqlite, Store, StoreError};
+use super::{Postgres, Presence, Sqlite, Store, StoreError};
 
 /// Where jobs are kept. Shows itself without passwords.
 #[derive(Clone)]
@@ -35,10 +35,10 @@ impl StoreUri {
     ///
     /// # Errors
     /// If it cannot be reached, is damaged, or is of a newer version.
-    pub async fn open(&self, durable: bool) -> Result<Arc<dyn Store>, StoreError> {
+    pub async fn open(&self, durable: bool, presence: &Presence) -> Result<Arc<dyn Store>, StoreError> {
         Ok(match self {
             StoreUri::Sqlite(file) => Arc::new(Sqlite::open(file, durable).await?),
-            StoreUri::Postgres(options) => Arc::new(Postgres::open(options).await?),
+            StoreUri::Postgres(options) => Arc::new(Postgres::open(options, presence).await?),
         })
     }
 }

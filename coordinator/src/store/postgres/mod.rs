@@ -4,6 +4,7 @@
 //! stored: they are tried again, for a minute. Every commit counts up a number in the row of this run of the coordinator, in the same
 //! transaction; so a second try finds out whether the first one had worked, and a run that others hold for dead writes nothing more.
 
+mod cluster;
 mod session;
 #[cfg(test)]
 mod tests;
@@ -18,8 +19,9 @@ use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::{Connection as _, PgConnection, PgPool};
 use tokio::sync::Mutex;
 
-use super::sql::{Connection, read, records, write};
-use super::{Alone, Records, Singleton, Store, StoreError};
+use super::sql::read::Scope;
+use super::sql::{Connection, Statement, read, records, write};
+use super::{Alone, Cluster, Presence, Records, Singleton, Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
 use session::Session;
 use transient::patiently;
@@ -39,6 +41,7 @@ pub struct Postgres {
     writer: Mutex<Writer>,
     readers: PgPool,
     session: Session,
+    pulse: Mutex<cluster::Pulse>,
 }
 
 /// The connection that writes, and how many commits it made.
@@ -50,23 +53,24 @@ struct Writer {
 }
 
 impl Postgres {
-    /// Connects, brings the tables up to date and begins a session, which ends all others.
+    /// Connects, brings the tables up to date and begins a session, which ends earlier ones at the same place.
     ///
     /// # Errors
     /// If the server cannot be reached for a minute, or the database is of a newer version.
-    pub async fn open(options: &PgConnectOptions) -> Result<Self, StoreError> {
+    pub async fn open(options: &PgConnectOptions, presence: &Presence) -> Result<Self, StoreError> {
         // A connection that broke in the middle of a transaction must not hold its locks for long.
         let options = options.clone().options([("idle_in_transaction_session_timeout", "10s"), ("lock_timeout", "15s")]);
-        let connection = patiently("connect", || async {
-            let mut connection = PgConnection::connect_with(&options).await?;
-            sqlx::migrate!("migrations/postgres").run(&mut connection).await?;
-            Ok(connection)
-        });
-        let mut connection = connection.await?;
-        let session = Session::begin(&mut connection).await?;
+        let mut connection = connect(&options).await?;
+        let session = Session::begin(&mut connection, presence).await?;
         let readers =
             PgPoolOptions::new().max_connections(READERS).acquire_timeout(Duration::from_secs(5)).connect_lazy_with(options.clone());
-        Ok(Self { options, writer: Mutex::new(Writer { connection: Some(connection), commits: 0 }), readers, session })
+        Ok(Self {
+            options,
+            writer: Mutex::new(Writer { connection: Some(connection), commits: 0 }),
+            readers,
+            session,
+            pulse: Mutex::default(),
+        })
     }
 
     /// One try to make changes durable as the commit of this number.
@@ -81,9 +85,24 @@ impl Postgres {
         }
         for change in changes {
             write::make(&mut Connection::Postgres(&mut transaction), change).await?;
+            if let Change::Submitted(record) = change {
+                let own = Statement::new("UPDATE jobs SET owner = $2 WHERE id = $1");
+                let own = own.bytes(&record.id.to_bytes()).bytes(self.session.name());
+                Connection::Postgres(&mut transaction).execute(own).await?;
+            }
         }
         Ok(transaction.commit().await?)
     }
+}
+
+/// Connects and brings the tables up to date.
+pub(super) async fn connect(options: &PgConnectOptions) -> Result<PgConnection, StoreError> {
+    patiently("connect", || async {
+        let mut connection = PgConnection::connect_with(options).await?;
+        sqlx::migrate!("migrations/postgres").run(&mut connection).await?;
+        Ok(connection)
+    })
+    .await
 }
 
 #[async_trait]
@@ -137,7 +156,7 @@ impl Store for Postgres {
         patiently("read jobs", || async {
             // One snapshot for all tables.
             let mut transaction = self.readers.begin_with("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY").await?;
-            read::jobs(&mut Connection::Postgres(&mut transaction)).await
+            read::jobs(&mut Connection::Postgres(&mut transaction), Scope::All).await
         })
         .await
     }
@@ -156,6 +175,10 @@ impl Store for Postgres {
             read::files(&mut Connection::Postgres(&mut connection)).await
         })
         .await
+    }
+
+    fn cluster(&self) -> Option<&dyn Cluster> {
+        Some(self)
     }
 
     async fn alone(&self, work: Singleton) -> Result<Option<Alone>, StoreError> {

@@ -6,8 +6,8 @@
 use sqlx::PgConnection;
 use uuid::Uuid;
 
-use crate::store::StoreError;
 use crate::store::sql::{Connection, Statement};
+use crate::store::{Presence, StoreError};
 
 /// A run of a coordinator.
 #[derive(Clone, Copy, Debug)]
@@ -25,14 +25,24 @@ pub(super) enum Counted {
 }
 
 impl Session {
-    /// Begins a session and ends all others.
-    pub(super) async fn begin(connection: &mut PgConnection) -> Result<Self, StoreError> {
+    /// Begins a session and ends those before it at the same place.
+    pub(super) async fn begin(connection: &mut PgConnection, presence: &Presence) -> Result<Self, StoreError> {
         let id = Uuid::now_v7();
         let mut connection = Connection::Postgres(connection);
-        let others = "WITH others AS (UPDATE coordinators SET ended = clock_timestamp() WHERE ended IS NULL)
-                      INSERT INTO coordinators (session) VALUES ($1)";
-        connection.execute(Statement::new(others).bytes(id.as_bytes())).await?;
+        let begin = "WITH before AS (UPDATE coordinators SET ended = clock_timestamp() WHERE place = $2 AND ended IS NULL)
+                     INSERT INTO coordinators (session, place, http, grpc) VALUES ($1, $2, $3, $4)";
+        let begin = Statement::new(begin).bytes(id.as_bytes()).bytes(presence.place.as_bytes()).text(&presence.http).text(&presence.grpc);
+        connection.execute(begin).await?;
+        // Runs that nothing is left of.
+        let old = "DELETE FROM coordinators WHERE ended < clock_timestamp() - INTERVAL '1 day'
+                   AND NOT EXISTS (SELECT 1 FROM jobs WHERE owner = session)";
+        connection.execute(Statement::new(old)).await?;
         Ok(Self { id })
+    }
+
+    /// Its name in the database.
+    pub(super) fn name(&self) -> &[u8] {
+        self.id.as_bytes()
     }
 
     /// Counts a commit, in its transaction.

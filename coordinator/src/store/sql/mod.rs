@@ -9,12 +9,14 @@ mod row;
 mod statement;
 pub(super) mod write;
 
-use futures::TryStreamExt;
+use std::borrow::Cow;
+
+use futures::stream::BoxStream;
+use futures::{StreamExt, TryStreamExt};
 use sqlx::{PgConnection, SqliteConnection};
 
-pub(super) use row::Row;
-pub(super) use statement::Statement;
-use statement::Value;
+pub(super) use row::{Kind, Row};
+pub(super) use statement::{Statement, Value};
 
 use super::StoreError;
 
@@ -30,7 +32,10 @@ pub(super) enum Connection<'c> {
 macro_rules! query {
     ($statement:expr) => {{
         let Statement { text, values } = $statement;
-        let mut query = sqlx::query(text);
+        let mut query = match text {
+            Cow::Borrowed(text) => sqlx::query(text),
+            Cow::Owned(text) => sqlx::query(sqlx::AssertSqlSafe(text)),
+        };
         for value in values {
             query = match value {
                 Value::Integer(value) => query.bind(value),
@@ -58,21 +63,19 @@ impl Connection<'_> {
         statement: Statement,
         mut take: impl FnMut(Row) -> Result<(), StoreError>,
     ) -> Result<(), StoreError> {
-        match self {
-            Connection::Sqlite(connection) => {
-                let mut rows = query!(statement).fetch(&mut **connection);
-                while let Some(row) = rows.try_next().await? {
-                    take(Row::Sqlite(row))?;
-                }
-            }
-            Connection::Postgres(connection) => {
-                let mut rows = query!(statement).fetch(&mut **connection);
-                while let Some(row) = rows.try_next().await? {
-                    take(Row::Postgres(row))?;
-                }
-            }
+        let mut rows = self.stream(statement);
+        while let Some(row) = rows.try_next().await? {
+            take(row)?;
         }
         Ok(())
+    }
+
+    /// The rows that a statement gives.
+    pub(super) fn stream(&mut self, statement: Statement) -> BoxStream<'_, Result<Row, StoreError>> {
+        match self {
+            Connection::Sqlite(connection) => query!(statement).fetch(&mut **connection).map(|row| Ok(Row::Sqlite(row?))).boxed(),
+            Connection::Postgres(connection) => query!(statement).fetch(&mut **connection).map(|row| Ok(Row::Postgres(row?))).boxed(),
+        }
     }
 
     /// The first row that a statement gives, if any.

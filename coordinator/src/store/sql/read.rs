@@ -18,15 +18,48 @@ use crate::job::{
 };
 use crate::store::StoreError;
 
-/// Every job in the order of its name, which is the order of submission. To be called within a transaction that sees one snapshot.
-pub(in crate::store) async fn jobs(connection: &mut Connection<'_>) -> Result<Vec<StoredJob>, StoreError> {
+/// Which jobs are read.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::store) enum Scope {
+    /// Every one.
+    All,
+    /// One.
+    Job(JobId),
+}
+
+impl Scope {
+    /// One of two statements: for all jobs, or for the job that is its only value.
+    fn statement(self, all: &'static str, one: &'static str) -> Statement {
+        match self {
+            Scope::All => Statement::new(all),
+            Scope::Job(job) => Statement::new(one).bytes(&job.to_bytes()),
+        }
+    }
+}
+
+/// Units with their leases and results.
+macro_rules! units {
+    ($and:literal) => {
+        concat!(
+            "SELECT units.job, units.unit, units.epoch, failures, losses, worker, content, blob, size, load, compile, render
+             FROM units JOIN jobs ON jobs.id = units.job AND jobs.state <> 'done'",
+            $and,
+            " LEFT JOIN leases ON leases.job = units.job AND leases.unit = units.unit
+             LEFT JOIN results ON results.job = units.job AND results.unit = units.unit
+             ORDER BY units.job, units.unit"
+        )
+    };
+}
+
+/// Jobs in the order of their names, which is the order of submission. To be called within a transaction that sees one snapshot.
+pub(in crate::store) async fn jobs(connection: &mut Connection<'_>, scope: Scope) -> Result<Vec<StoredJob>, StoreError> {
     let mut jobs = BTreeMap::new();
     let each = |row: Row| {
         let job = job(&row)?;
         jobs.insert(job.record.id, job);
         Ok(())
     };
-    connection.each(Statement::new("SELECT * FROM jobs"), each).await?;
+    connection.each(scope.statement("SELECT * FROM jobs", "SELECT * FROM jobs WHERE id = $1"), each).await?;
     let each = |row: Row| {
         if let Some(job) = jobs.get_mut(&row.job("job")?) {
             let (position, samples) = (row.integer("position")?, job.record.plan.samples);
@@ -34,7 +67,8 @@ pub(in crate::store) async fn jobs(connection: &mut Connection<'_>) -> Result<Ve
         }
         Ok(())
     };
-    connection.each(Statement::new("SELECT * FROM frames ORDER BY job, position"), each).await?;
+    let frames = scope.statement("SELECT * FROM frames ORDER BY job, position", "SELECT * FROM frames WHERE job = $1 ORDER BY position");
+    connection.each(frames, each).await?;
     let each = |row: Row| {
         let position: u32 = row.integer("position")?;
         if let Some(job) = jobs.get_mut(&row.job("job")?)
@@ -44,14 +78,16 @@ pub(in crate::store) async fn jobs(connection: &mut Connection<'_>) -> Result<Ve
         }
         Ok(())
     };
-    connection.each(Statement::new("SELECT * FROM points ORDER BY job, position, samples"), each).await?;
+    let all = "SELECT * FROM points ORDER BY job, position, samples";
+    connection.each(scope.statement(all, "SELECT * FROM points WHERE job = $1 ORDER BY position, samples"), each).await?;
     let each = |row: Row| {
         if let Some(job) = jobs.get_mut(&row.job("job")?) {
             job.windows.push((row.integer("number")?, window(&row)?));
         }
         Ok(())
     };
-    connection.each(Statement::new("SELECT * FROM windows ORDER BY job, number"), each).await?;
+    let windows = scope.statement("SELECT * FROM windows ORDER BY job, number", "SELECT * FROM windows WHERE job = $1 ORDER BY number");
+    connection.each(windows, each).await?;
     let each = |row: Row| {
         let number: u32 = row.integer("number")?;
         if let Some(job) = jobs.get_mut(&row.job("job")?)
@@ -61,19 +97,15 @@ pub(in crate::store) async fn jobs(connection: &mut Connection<'_>) -> Result<Ve
         }
         Ok(())
     };
-    connection.each(Statement::new("SELECT * FROM shares ORDER BY job, number, place"), each).await?;
-    let units = "SELECT units.job, units.unit, units.epoch, failures, losses, worker, content, blob, size, load, compile, render
-                 FROM units JOIN jobs ON jobs.id = units.job AND jobs.state <> 'done'
-                 LEFT JOIN leases ON leases.job = units.job AND leases.unit = units.unit
-                 LEFT JOIN results ON results.job = units.job AND results.unit = units.unit
-                 ORDER BY units.job, units.unit";
+    let all = "SELECT * FROM shares ORDER BY job, number, place";
+    connection.each(scope.statement(all, "SELECT * FROM shares WHERE job = $1 ORDER BY number, place"), each).await?;
     let each = |row: Row| {
         if let Some(job) = jobs.get_mut(&row.job("job")?) {
             job.units.push(unit(&row)?);
         }
         Ok(())
     };
-    connection.each(Statement::new(units), each).await?;
+    connection.each(scope.statement(units!(""), units!(" AND jobs.id = $1")), each).await?;
     Ok(jobs.into_values().collect())
 }
 

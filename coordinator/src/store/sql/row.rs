@@ -5,6 +5,7 @@ use sqlx::Row as _;
 use sqlx::postgres::PgRow;
 use sqlx::sqlite::SqliteRow;
 
+use super::Value;
 use crate::job::{JobId, Timestamp};
 use crate::store::StoreError;
 
@@ -14,6 +15,32 @@ pub(in crate::store) enum Row {
     Sqlite(SqliteRow),
     /// From a server.
     Postgres(PgRow),
+}
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::store) enum Kind {
+    /// Whole numbers.
+    Integer,
+    /// Numbers.
+    Real,
+    /// Texts.
+    Text,
+    /// Bytes.
+    Bytes,
+}
+
+impl Kind {
+    /// The kind that a database calls by this name.
+    pub(in crate::store) fn of(name: &str) -> Option<Self> {
+        Some(match name {
+            "INTEGER" | "bigint" => Kind::Integer,
+            "REAL" | "double precision" => Kind::Real,
+            "TEXT" | "text" => Kind::Text,
+            "BLOB" | "bytea" => Kind::Bytes,
+            _ => return None,
+        })
+    }
 }
 
 /// A column's value, of a type that both databases know.
@@ -27,6 +54,16 @@ macro_rules! get {
 }
 
 impl Row {
+    /// The value of a column of this kind, by its position.
+    pub(in crate::store) fn value(&self, at: usize, kind: Kind) -> Result<Value, StoreError> {
+        Ok(match kind {
+            Kind::Integer => Value::Integer(get!(self, at)),
+            Kind::Real => Value::Real(get!(self, at)),
+            Kind::Text => Value::Text(get!(self, at)),
+            Kind::Bytes => Value::Bytes(get!(self, at)),
+        })
+    }
+
     /// A whole number in the range of its type.
     pub(in crate::store) fn integer<T: TryFrom<i64>>(&self, column: &'static str) -> Result<T, StoreError> {
         let value: i64 = get!(self, column);

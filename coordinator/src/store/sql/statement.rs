@@ -1,13 +1,16 @@
 //! A statement and the values bound to it, in order.
 
+use std::borrow::Cow;
+
 /// A statement. Its text is part of the program; what comes from outside is only ever bound.
 pub(in crate::store) struct Statement {
-    pub(super) text: &'static str,
+    pub(super) text: Cow<'static, str>,
     pub(super) values: Vec<Value>,
 }
 
 /// A value, or the absence of one of this type.
-pub(super) enum Value {
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::store) enum Value {
     Integer(Option<i64>),
     Real(Option<f64>),
     Text(Option<String>),
@@ -17,7 +20,12 @@ pub(super) enum Value {
 impl Statement {
     /// A statement without values yet.
     pub(in crate::store) fn new(text: &'static str) -> Self {
-        Self { text, values: Vec::new() }
+        Self { text: Cow::Borrowed(text), values: Vec::new() }
+    }
+
+    /// A statement made of names that a database's own catalogue gave, and of nothing from outside.
+    pub(in crate::store) fn of_names(text: String) -> Self {
+        Self { text: Cow::Owned(text), values: Vec::new() }
     }
 
     fn bind(mut self, value: Value) -> Self {
@@ -59,6 +67,11 @@ impl Statement {
     /// shows as a replacement character.
     pub(in crate::store) fn text_if(self, value: Option<&str>) -> Self {
         self.bind(Value::Text(value.map(|text| text.replace('\0', "\u{fffd}"))))
+    }
+
+    /// Binds whatever a row held.
+    pub(in crate::store) fn value(self, value: Value) -> Self {
+        self.bind(value)
     }
 
     /// Binds bytes.

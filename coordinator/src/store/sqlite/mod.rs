@@ -9,6 +9,7 @@ use gradfarm_proto::Digest;
 use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
+use super::sql::read::Scope;
 use super::sql::{Connection, read, records, write};
 use super::{Records, Store, StoreError};
 use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, StoredJob};
@@ -82,7 +83,7 @@ impl Store for Sqlite {
     async fn jobs(&self) -> Result<Vec<StoredJob>, StoreError> {
         // One snapshot for all tables.
         let mut transaction = self.readers.begin().await?;
-        read::jobs(&mut Connection::Sqlite(&mut transaction)).await
+        read::jobs(&mut Connection::Sqlite(&mut transaction), Scope::All).await
     }
 
     async fn results(&self, job: JobId, units: Range<u32>) -> Result<Vec<(u32, DeliveredRecord)>, StoreError> {
