@@ -55,13 +55,39 @@ impl Reconstruct for L1 {
     }
 
     fn solve(&self, own: &Measurements, _other: Option<&Measurements>, alpha: f32) -> Result<(Image, SolveReport), ReconstructError> {
-        minimise(own, alpha, &EFFORT, |_| {})
+        minimise(own, &Alike { alpha }, alpha, &EFFORT, |_| {})
     }
 }
 
-/// Minimises from the L2 solution on; `watch` sees the objective before each reweighting and after the last.
+/// What errors are multiplied by before their norms are taken.
+pub(super) enum Share<'a> {
+    /// All by the same.
+    Alike(f32),
+    /// Those of a row, pixel by pixel.
+    Each(&'a [f32]),
+}
+
+/// What each error counts for.
+pub(super) trait Shares: Sync {
+    /// In row y: of differences to the next column and to the next row, and of the primal.
+    fn row(&self, y: usize) -> [Share<'_>; 3];
+}
+
+/// Differences count 1, the primal α.
+pub(super) struct Alike {
+    pub(super) alpha: f32,
+}
+
+impl Shares for Alike {
+    fn row(&self, _y: usize) -> [Share<'_>; 3] {
+        [Share::Alike(1.0), Share::Alike(1.0), Share::Alike(self.alpha)]
+    }
+}
+
+/// Minimises from the L2 solution of weight `alpha` on; `watch` sees the objective before each reweighting and after the last.
 pub(super) fn minimise(
     m: &Measurements,
+    shares: &impl Shares,
     alpha: f32,
     effort: &Effort,
     mut watch: impl FnMut(f64),
@@ -79,8 +105,9 @@ pub(super) fn minimise(
     let mut before = f64::INFINITY;
     let mut epsilon = scale * FIRST_EPSILON;
     for k in 0..=effort.reweightings {
-        let weights = Reweight { alpha, epsilon: epsilon as f32 };
-        let (objective, squared) = weigh(m, &x, &mut stencil, gradients.residual(), |_, errors, row| weights.row(errors, row));
+        let weights = Reweight { epsilon: epsilon as f32 };
+        let row = |y: usize, errors: &Errors, row: Weights| weights.row(&shares.row(y), errors, row);
+        let (objective, squared) = weigh(m, &x, &mut stencil, gradients.residual(), row);
         watch(objective);
         if !objective.is_finite() {
             return Err(ReconstructError::Diverged { iterations: report.iterations, residual: report.residual });
@@ -108,28 +135,36 @@ pub(super) fn minimise(
 /// Part of the first residual at which a linear system counts as solved exactly: the rounding of f32.
 pub(super) const TOLERANCE: f64 = 1e-6;
 
-/// How errors are weighted: 1 / (‖e‖ + ε), scaled by ε so that weights stay within (0, 1].
+/// How errors are weighted: 1 / (‖e‖ + ε), scaled by ε so that weights stay within (0, 1] where errors count no more than they are.
 struct Reweight {
-    alpha: f32,
     epsilon: f32,
 }
 
 impl Reweight {
     /// Weights of one row; returns the sum of its norms.
-    fn row(&self, errors: &Errors, row: Weights) -> f64 {
-        let edges = self.edges(&errors.dx, row.wx, 1.0) + self.edges(&errors.dy, row.wy, 1.0);
-        edges + self.edges(&errors.primal, row.screen, self.alpha)
+    fn row(&self, shares: &[Share; 3], errors: &Errors, row: Weights) -> f64 {
+        let [dx, dy, primal] = shares;
+        let edges = self.errors(&errors.dx, row.wx, dx) + self.errors(&errors.dy, row.wy, dy);
+        edges + self.errors(&errors.primal, row.screen, primal)
     }
 
-    /// The weights of one kind of errors, each times `scale`.
-    fn edges(&self, errors: &[Vec<f32>; 3], weights: &mut [f32], scale: f32) -> f64 {
+    /// The weights of one kind of errors.
+    fn errors(&self, errors: &[Vec<f32>; 3], weights: &mut [f32], share: &Share) -> f64 {
         norms(errors, weights);
-        let sum = weights.iter().map(|norm| f64::from(scale * norm)).sum();
-        let (epsilon, factor) = (self.epsilon, scale * scale);
-        for v in weights {
-            *v = factor * (epsilon / (scale * *v + epsilon));
+        let epsilon = self.epsilon;
+        match share {
+            Share::Alike(scale) => {
+                let sum = weights.iter().map(|norm| f64::from(scale * norm)).sum();
+                let factor = scale * scale;
+                weights.iter_mut().for_each(|v| *v = factor * (epsilon / (scale * *v + epsilon)));
+                sum
+            }
+            Share::Each(scales) => {
+                let sum = weights.iter().zip(*scales).map(|(norm, scale)| f64::from(scale * norm)).sum();
+                weights.iter_mut().zip(*scales).for_each(|(v, scale)| *v = scale * scale * (epsilon / (scale * *v + epsilon)));
+                sum
+            }
         }
-        sum
     }
 }
 
@@ -143,9 +178,14 @@ pub(super) fn norms([r, g, b]: &[Vec<f32>; 3], out: &mut [f32]) {
 /// The sum that is minimised.
 #[cfg(test)]
 pub(super) fn objective(m: &Measurements, image: &Image, alpha: f32) -> f64 {
+    told(m, image, &Alike { alpha })
+}
+
+#[cfg(test)]
+pub(super) fn told(m: &Measurements, image: &Image, shares: &impl Shares) -> f64 {
     let x = Field::from_image(image);
     let (mut stencil, mut residual) = (Stencil::new(x.width, x.height), Field::new(x.width, x.height));
-    weigh(m, &x, &mut stencil, &mut residual, |_, errors, row| Reweight { alpha, epsilon: 1.0 }.row(errors, row)).0
+    weigh(m, &x, &mut stencil, &mut residual, |y, errors, row| Reweight { epsilon: 1.0 }.row(&shares.row(y), errors, row)).0
 }
 
 /// Squared norm of the right-hand side by channel: of the residual of a black image, which `black` becomes. `b` is scratch.

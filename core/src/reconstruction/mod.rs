@@ -30,6 +30,7 @@ mod stencil;
 mod together;
 mod variances;
 mod weighted;
+mod weighted_l1;
 pub mod window;
 
 pub use denoise::{Denoise, denoiser, install_denoiser};
@@ -50,6 +51,8 @@ pub enum ReconstructionKind {
     WeightedL2,
     /// Screened Poisson in the L1 norm by iteratively reweighted least squares. Robust to outliers, biased.
     L1,
+    /// Screened Poisson in the L1 norm with inverse deviations as weights, by the other half's. Robust to outliers, biased.
+    WeightedL1,
     /// Least squares over the links between similar pixels. Unbiased.
     Graph,
     /// Image-space control variates, all alike. Unbiased.
@@ -68,11 +71,12 @@ pub enum ReconstructionKind {
 
 impl ReconstructionKind {
     /// Every reconstruction.
-    pub const ALL: [ReconstructionKind; 11] = [
+    pub const ALL: [ReconstructionKind; 12] = [
         ReconstructionKind::None,
         ReconstructionKind::L2,
         ReconstructionKind::WeightedL2,
         ReconstructionKind::L1,
+        ReconstructionKind::WeightedL1,
         ReconstructionKind::Graph,
         ReconstructionKind::Cv,
         ReconstructionKind::WeightedCv,
@@ -89,6 +93,7 @@ impl ReconstructionKind {
             ReconstructionKind::L2 => "l2",
             ReconstructionKind::WeightedL2 => "weighted-l2",
             ReconstructionKind::L1 => "l1",
+            ReconstructionKind::WeightedL1 => "weighted-l1",
             ReconstructionKind::Graph => "graph",
             ReconstructionKind::Cv => "cv",
             ReconstructionKind::WeightedCv => "weighted-cv",
@@ -207,6 +212,7 @@ fn method(kind: ReconstructionKind) -> Option<&'static dyn Reconstruct> {
         ReconstructionKind::L2 => &l2::L2,
         ReconstructionKind::WeightedL2 => &weighted::WeightedL2,
         ReconstructionKind::L1 => &l1::L1,
+        ReconstructionKind::WeightedL1 => &weighted_l1::WeightedL1,
         ReconstructionKind::Graph => &graph::LeastSquares,
         ReconstructionKind::Cv => &control_variates::Uniform,
         ReconstructionKind::WeightedCv => &control_variates::Weighted,

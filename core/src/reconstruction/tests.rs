@@ -1,6 +1,6 @@
 //! Solves against oracles: conjugate gradients to the limit, closed forms, and what robust means.
 
-mod convergence;
+pub(super) mod convergence;
 mod odd;
 
 use super::*;
@@ -221,11 +221,11 @@ fn l1_falls_with_each_reweighting_and_ends_near_the_long_way() {
     let m = Measurements::new(&p, &dx, &dy);
     let mut course = Vec::new();
     let effort = l1::Effort { reweightings: 24, iterations: 2, settled: 0.0, multigrid: true };
-    l1::minimise(&m, 0.2, &effort, |objective| course.push(objective)).unwrap();
+    l1::minimise(&m, &l1::Alike { alpha: 0.2 }, 0.2, &effort, |objective| course.push(objective)).unwrap();
     assert!(course.len() > 10 && course.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-6)), "{course:?}");
     // The long way: plain conjugate gradients, every system to the end.
     let long = l1::Effort { reweightings: 24, iterations: 2000, settled: 0.0, multigrid: false };
-    let (reference, _) = l1::minimise(&m, 0.2, &long, |_| {}).unwrap();
+    let (reference, _) = l1::minimise(&m, &l1::Alike { alpha: 0.2 }, 0.2, &long, |_| {}).unwrap();
     let (image, report) = l1::L1.solve(&m, None, 0.2).unwrap();
     assert!(report.iterations > 0 && report.residual.is_finite());
     let least = l1::objective(&m, &reference, 0.2);

@@ -51,6 +51,11 @@ impl Variances {
         Self { width, primal, dx, dy, scale, floor: added }
     }
 
+    /// Columns, and the variances of the primal, of dx and of dy.
+    pub(super) fn into_planes(self) -> (usize, [Vec<f32>; 3]) {
+        (self.width, [self.primal, self.dx, self.dy])
+    }
+
     /// Weights of row y; the primal's times α².
     pub(super) fn weigh(&self, y: usize, alpha: f32, row: Weights) {
         let line = y * self.width..(y + 1) * self.width;

@@ -34,7 +34,7 @@ fn summed(variances: &Image) -> Image {
 }
 
 /// A frame of a picture. Samples are skewed as those of paths are: most are dark, so that mean and variance go together.
-pub(super) fn frame(truth: &Image, frame: usize) -> Film {
+pub(in crate::reconstruction) fn frame(truth: &Image, frame: usize) -> Film {
     let extent = truth.extent();
     let half = |half: usize| {
         let planes = 3 * (2 * frame + half);

@@ -23,7 +23,7 @@ impl Noise {
     }
 
     /// The same everywhere: of each channel of the primal, and of each difference.
-    fn even(extent: Extent, primal: f32, difference: f32) -> Self {
+    pub(in crate::reconstruction) fn even(extent: Extent, primal: f32, difference: f32) -> Self {
         let full = |channels: usize, value: f32| Image::from_planes(extent, channels, vec![value; channels * extent.pixels()]).unwrap();
         Self { primal: full(3, primal), dx: full(1, difference), dy: full(1, difference) }
     }
@@ -33,7 +33,7 @@ impl Noise {
     }
 }
 
-fn worst(a: &Image, b: &Image) -> f32 {
+pub(in crate::reconstruction) fn worst(a: &Image, b: &Image) -> f32 {
     a.data().iter().zip(b.data()).fold(0.0, |w, (a, b)| w.max((a - b).abs()))
 }
 
@@ -73,7 +73,7 @@ fn weights_come_from_the_other_half_and_are_asked_for() {
 
 /// Measurements whose differences are all but free of noise in one half of the picture and noisier than the primal in the other, with the
 /// variances that tell so.
-struct Uneven {
+pub(in crate::reconstruction) struct Uneven {
     truth: Image,
     p: Image,
     dx: Image,
@@ -82,7 +82,7 @@ struct Uneven {
 }
 
 impl Uneven {
-    fn new(extent: Extent, seed: usize) -> Self {
+    pub(in crate::reconstruction) fn new(extent: Extent, seed: usize) -> Self {
         let truth = picture(extent);
         let (dx, dy) = differences(&truth);
         let pixels = extent.pixels();
@@ -105,11 +105,11 @@ impl Uneven {
         Self { p: spoil(&truth, &primal, seed), dx: spoil(&dx, &difference, seed + 1), dy: spoil(&dy, &difference, seed + 2), truth, noise }
     }
 
-    fn measurements(&self) -> Measurements<'_> {
+    pub(in crate::reconstruction) fn measurements(&self) -> Measurements<'_> {
         Measurements { variance: Some(self.noise.variance()), ..Measurements::new(&self.p, &self.dx, &self.dy) }
     }
 
-    fn squared_error(&self, image: &Image) -> f64 {
+    pub(in crate::reconstruction) fn squared_error(&self, image: &Image) -> f64 {
         image.data().iter().zip(self.truth.data()).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>() / image.data().len() as f64
     }
 }
