@@ -1,4 +1,4 @@
-//! What gradients in time are worth: an animation by each method at equal total time, reconstruction counted, its relMSE a frame and its
+//! What gradients in time are worth: an animation by each method at equal total processor time, reconstruction counted, its relMSE a frame and its
 //! flicker, the relative square error of the differences between frames; and how noisy differences in time are, over what they would be if
 //! moments shared no numbers. Pixels that see a light are left out: directly visible emission is no matter of reconstruction.
 //!
@@ -8,7 +8,6 @@
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::Instant;
 
 use gradfarm_core::film::{Film, Image};
 use gradfarm_core::lattice::{Extent, Moment};
@@ -17,6 +16,7 @@ use gradfarm_core::reconstruction::window::{MomentFilm, Share, Windows, blend, f
 use gradfarm_core::reconstruction::{SolveReport, reconstruct};
 use gradfarm_core::scene::{Instants, Scene, load};
 use gradfarm_tests::animation::{copies, whole};
+use gradfarm_tests::effort::Effort;
 
 type Fault = Box<dyn std::error::Error>;
 
@@ -95,7 +95,7 @@ fn study(arguments: &[String]) -> Result<(), Fault> {
         .collect::<Result<_, Fault>>()?;
     let mut out = std::io::stdout().lock();
     writeln!(out, "\n{file}: {frames} frames at {fps} a second, {width} × {height}\n")?;
-    writeln!(out, "| method | samples | s | relMSE | × pt | flicker | × pt |")?;
+    writeln!(out, "| method | samples | CPU s | relMSE | × pt | flicker | × pt |")?;
     writeln!(out, "|---|--:|--:|--:|--:|--:|--:|")?;
     let mut budget: Option<f64> = None;
     let mut first: Option<[f64; 2]> = None;
@@ -139,9 +139,9 @@ fn reference(scene: &Scene, plan: &Plan) -> Result<Known, Fault> {
     Ok(Known { image: done.image, variance, lights })
 }
 
-/// The images of all frames, and how long they took.
+/// The images of all frames, and the processor seconds they took.
 fn animate(scenes: &[Scene], plan: &Plan, apart: bool) -> Result<(Vec<Image>, f64), Fault> {
-    let start = Instant::now();
+    let start = Effort::start();
     let images = match plan.temporal {
         None => {
             let one = |(scene, frame): (&Scene, u32)| {
@@ -163,7 +163,7 @@ fn animate(scenes: &[Scene], plan: &Plan, apart: bool) -> Result<(Vec<Image>, f6
             together(&moments, temporal, plan)?
         }
     };
-    Ok((images, start.elapsed().as_secs_f64()))
+    Ok((images, start.seconds()))
 }
 
 /// Squares that tell how noisy differences in time are.

@@ -2,6 +2,7 @@
 //! PostgreSQL and an S3 server, and a farm of separate processes.
 
 pub mod animation;
+pub mod effort;
 pub mod farm;
 pub mod frame;
 pub mod laws;

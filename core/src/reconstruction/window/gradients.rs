@@ -5,6 +5,22 @@ use super::super::solver::{Solved, Squares};
 use super::operator::{Operator, inner};
 use super::precondition::Preconditioner;
 
+/// When images are good enough; either will do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Enough {
+    /// ‖b − Ax‖ / ‖b‖ in every channel.
+    pub(super) residual: f64,
+    /// What the images lack, ‖x − A⁻¹b‖²_A summed over channels, as far as the preconditioner can tell.
+    pub(super) energy: f64,
+}
+
+impl Enough {
+    /// A relative residual, whatever the noise.
+    pub(super) const fn residual(residual: f64) -> Self {
+        Self { residual, energy: 0.0 }
+    }
+}
+
 /// Memory of the iteration.
 pub(super) struct Gradients {
     /// b − A x.
@@ -21,22 +37,24 @@ impl Gradients {
         Self { residual: fields(), preconditioned: fields(), direction: fields(), image: fields() }
     }
 
-    /// Improves x, whose residual stands in `residual` with the squared norms given, until it is `tolerance` times ‖b‖ in every channel or
-    /// `most` iterations are done.
+    /// Improves x, whose residual stands in `residual` with the squared norms given, until it is good `enough` or `most` iterations are done.
     pub(super) fn improve(
         &mut self,
         operator: &mut Operator,
         preconditioner: &mut Preconditioner,
         x: &mut [Field],
         squares: Squares,
-        tolerance: f64,
+        enough: Enough,
         most: u32,
     ) -> Solved {
         let mut residual = squares.relative();
         let (mut iterations, mut before) = (0, [0.0; 3]);
-        while residual > tolerance && iterations < most {
+        while residual > enough.residual && iterations < most {
             preconditioner.apply(&self.residual, &mut self.preconditioned);
             let now = inner(&self.residual, &self.preconditioned);
+            if now.iter().sum::<f64>() <= enough.energy {
+                break;
+            }
             let beta: [f32; 3] = std::array::from_fn(|c| if iterations == 0 { 0.0 } else { ratio(now[c], before[c]) });
             before = now;
             combine(&mut self.direction, &self.preconditioned, |p, z, c| z + beta[c] * p);

@@ -3,6 +3,7 @@
 use super::super::l1::{EFFORT, FIRST_EPSILON, LAST_EPSILON, TOLERANCE, mean_magnitude, norms};
 use super::super::normal::{Errors, Weights};
 use super::super::{ReconstructError, SolveReport};
+use super::gradients::Enough;
 use super::links::Links;
 use super::rules::Alike;
 use super::source::Source;
@@ -71,7 +72,7 @@ pub(super) fn minimise(source: Source, weights: &Uniform) -> Result<(Vec<Image>,
     let magnitudes: f64 = (0..source.moments.len()).map(|t| mean_magnitude(&source.space(t).primal)).sum();
     let scale = magnitudes / source.moments.len() as f64;
     let (_, squared) = system.weigh(&Alike { weights, links: source.links });
-    report.iterations += system.improve(squared, START.0, START.1).iterations;
+    report.iterations += system.improve(squared, Enough::residual(START.0), START.1).iterations;
     if scale == 0.0 {
         return Ok((system.images(), report));
     }
@@ -88,7 +89,7 @@ pub(super) fn minimise(source: Source, weights: &Uniform) -> Result<(Vec<Image>,
             break;
         }
         before = objective;
-        report.iterations += system.improve(squared, TOLERANCE, EFFORT.iterations).iterations;
+        report.iterations += system.improve(squared, Enough::residual(TOLERANCE), EFFORT.iterations).iterations;
         epsilon = (0.5 * epsilon).max(scale * LAST_EPSILON);
     }
     Ok((system.images(), report))

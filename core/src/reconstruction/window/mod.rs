@@ -74,7 +74,9 @@ pub fn solve(moments: &[&MomentFilm], kind: ReconstructionKind, alpha: Option<f3
         return Ok(WindowSolution { moments: moments.iter().map(|_| share()).collect(), report: SolveReport::default() });
     }
     let links = moments.iter().skip(1).map(|moment| Links::new(moment.motion())).collect::<Result<Vec<_>, _>>()?;
-    let window = Window { moments, links, kind, method, alpha };
+    let alike = matches!(kind, ReconstructionKind::L2 | ReconstructionKind::L1);
+    let pairs = if alike { weights::pairs(moments, &links) } else { Vec::new() };
+    let window = Window { moments, links, pairs, kind, method, alpha };
     let copies = first.copies().len();
     let solved = (0..copies).map(|copy| window.of_copy(copy)).collect::<Result<Vec<_>, _>>()?;
     let mut solution = window.join(solved);
@@ -89,6 +91,8 @@ struct Window<'a> {
     moments: &'a [&'a MomentFilm],
     /// Of each moment but the first to the one before.
     links: Vec<Option<Links>>,
+    /// What differences in time count, where that is alike in all pixels.
+    pairs: Vec<[f64; 2]>,
     kind: ReconstructionKind,
     method: &'static dyn Reconstruct,
     alpha: Option<f32>,
@@ -109,7 +113,10 @@ impl Window<'_> {
                 let copies = self.moments.iter().map(|moment| &moment.copies()[own]);
                 Ok((copies.map(CopyFilm::primal).collect(), SolveReport::default()))
             }
-            ReconstructionKind::WeightedL2 => squares::solve(source, &Inverse::new(other, &source, alpha), squares::TOLERANCE).map(told),
+            ReconstructionKind::WeightedL2 => {
+                let rule = Inverse::new(other, &source, alpha);
+                squares::solve(source, &rule, squares::by_noise(&source, f64::from(rule.scale()))).map(told)
+            }
             ReconstructionKind::L1 => l1::minimise(source, &Uniform::typical(alpha, self.links.len())),
             _ => self.l2(own, alpha).map(told),
         }
@@ -117,12 +124,15 @@ impl Window<'_> {
 
     /// Least squares, all pixels alike.
     fn l2(&self, own: usize, alpha: f32) -> Result<Solved, ReconstructError> {
-        let weights = weights::uniform(self.moments, &self.links, alpha);
+        let weights = Uniform { screen: f64::from(alpha) * f64::from(alpha), pairs: self.pairs.clone() };
         if self.links.iter().all(Option::is_none) {
             let copies: Vec<&CopyFilm> = self.moments.iter().map(|moment| &moment.copies()[own]).collect();
             return Ok((l2::solve_still(&copies, &weights), SolveReport::default()));
         }
-        squares::solve(self.source(Some(own)), &Alike { weights: &weights, links: &self.links }, squares::TOLERANCE)
+        let source = self.source(Some(own));
+        let noise: f64 = self.moments.iter().map(|moment| moment.copies()[own].slope_noise()).sum();
+        let enough = squares::by_noise(&source, noise / self.moments.len() as f64);
+        squares::solve(source, &Alike { weights: &weights, links: &self.links }, enough)
     }
 
     /// Replaces the mean of the copies' images by what both copies' measurements make together, and adds what least squares make of each.

@@ -1,5 +1,6 @@
 //! A moment of an animation as windows need it: the measurements of its halves, copy by copy, and where its surfaces came from.
 
+use super::super::variances::mean_deviation;
 use super::super::{Measurements, ReconstructError, ReconstructionKind, Variance, check_finite};
 use crate::film::{Film, HalfFilm, Image};
 use crate::lattice::Extent;
@@ -154,6 +155,13 @@ impl CopyFilm {
     /// Variances of the means of both halves.
     pub(super) fn variance(&self) -> Variance<'_> {
         Variance { primal: &self.primal_variance, dx: &self.dx_variance, dy: &self.dy_variance }
+    }
+
+    /// What a typical difference in space varies by, summed over RGB: the square of the mean standard deviation, which few loud pixels do not
+    /// raise.
+    pub(super) fn slope_noise(&self) -> f64 {
+        let of = |image: &Image| mean_deviation(image.plane(0)).powi(2);
+        0.5 * (of(&self.dx_variance) + of(&self.dy_variance))
     }
 
     /// The weight of the primal that the noise of a single moment calls for.

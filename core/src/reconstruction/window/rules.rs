@@ -63,6 +63,13 @@ impl<'a> Inverse<'a> {
     }
 }
 
+impl Inverse<'_> {
+    /// Variance times weight of every measurement: the weights are this over variances.
+    pub(super) fn scale(&self) -> f32 {
+        self.scale
+    }
+}
+
 impl Rule for Inverse<'_> {
     fn space(&self, moment: usize, y: usize, _errors: &Errors, row: Weights) -> f64 {
         let variances = &self.space[moment];

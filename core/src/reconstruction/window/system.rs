@@ -4,7 +4,7 @@ use super::super::Measurements;
 use super::super::field::Field;
 use super::super::normal::{Errors, Weights, weigh};
 use super::super::solver::{Solved, Squares};
-use super::gradients::{Gradients, fields};
+use super::gradients::{Enough, Gradients, fields};
 use super::links::Links;
 use super::moment::HalfMoment;
 use super::operator::{Operator, change, inner, spread};
@@ -79,12 +79,12 @@ impl<'a> System<'a> {
         (objective, self.squares)
     }
 
-    /// Improves the images under the weights of the last [`weigh`](Self::weigh), until the residual is `tolerance` times what it stands for
-    /// (‖b‖, or where it starts) or `most` iterations are done.
-    pub(super) fn improve(&mut self, b: [f64; 3], tolerance: f64, most: u32) -> Solved {
+    /// Improves the images under the weights of the last [`weigh`](Self::weigh), until they are good `enough`, the residual relative to what `b`
+    /// stands for (‖b‖, or where it starts), or `most` iterations are done.
+    pub(super) fn improve(&mut self, b: [f64; 3], enough: Enough, most: u32) -> Solved {
         self.preconditioner.adapt(&self.operator);
         let squares = Squares { b, residual: self.squares };
-        self.gradients.improve(&mut self.operator, &mut self.preconditioner, &mut self.images, squares, tolerance, most)
+        self.gradients.improve(&mut self.operator, &mut self.preconditioner, &mut self.images, squares, enough, most)
     }
 
     /// Squared norm of the right-hand side under the weights of the last [`weigh`](Self::weigh): of A x and the residual together.

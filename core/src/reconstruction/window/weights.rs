@@ -13,7 +13,6 @@
 use super::difference::difference;
 use super::links::Links;
 use super::moment::{CopyFilm, HalfMoment, MomentFilm};
-use super::spectral::Uniform;
 use crate::film::Image;
 
 /// w_t² and w_m² where nothing tells of noise (Manzi et al. 2016).
@@ -24,10 +23,9 @@ pub(super) const RANGE: [f64; 2] = [1.0 / 64.0, 256.0];
 /// Added to the squared brightness, as in relMSE.
 const DARK: f64 = 1e-3;
 
-/// The weights of a window for one of its copies.
-pub(super) fn uniform(moments: &[&MomentFilm], links: &[Option<Links>], alpha: f32) -> Uniform {
-    let pairs = moments.windows(2).zip(links).map(|(pair, links)| between(pair[0], pair[1], links.as_ref()));
-    Uniform { screen: f64::from(alpha) * f64::from(alpha), pairs: pairs.collect() }
+/// w_t² and w_m² of every pair of moments, alike for both copies.
+pub(super) fn pairs(moments: &[&MomentFilm], links: &[Option<Links>]) -> Vec<[f64; 2]> {
+    moments.windows(2).zip(links).map(|(pair, links)| between(pair[0], pair[1], links.as_ref())).collect()
 }
 
 /// w_t² and w_m² of a pair of moments.

@@ -3,6 +3,7 @@
 use super::clip::{brightening, panning};
 use super::*;
 use crate::reconstruction::field::Field;
+use crate::reconstruction::window::gradients::Enough;
 use crate::reconstruction::window::system::System;
 
 /// Smallest to largest, rows and columns and odd sizes.
@@ -27,7 +28,8 @@ fn the_cosine_transform_and_conjugate_gradients_agree() {
         let copies: Vec<&CopyFilm> = moments.iter().map(|moment| &moment.copies()[0]).collect();
         let exact = l2::solve_still(&copies, &weights);
         let links = links(&moments);
-        let (found, report) = squares::solve(source(&moments, &links), &Alike { weights: &weights, links: &links }, 2e-7).unwrap();
+        let (found, report) =
+            squares::solve(source(&moments, &links), &Alike { weights: &weights, links: &links }, Enough::residual(2e-7)).unwrap();
         for (a, b) in exact.iter().zip(&found) {
             let off = worst(a, b);
             assert!(off < 1e-5, "{width} × {height}, {count} moments: {off} after {report:?}");
@@ -46,7 +48,9 @@ fn links_to_the_same_place_are_no_links() {
     let mut still = Image::new(EXTENT, 3);
     still.plane_mut(2).fill(1.0);
     let same: Vec<Option<Links>> = (0..3).map(|_| Some(Links::of(&still).unwrap())).collect();
-    let solve = |links: &[Option<Links>]| squares::solve(source(&moments, links), &Alike { weights: &weights, links }, 1e-6).unwrap();
+    let solve = |links: &[Option<Links>]| {
+        squares::solve(source(&moments, links), &Alike { weights: &weights, links }, Enough::residual(1e-6)).unwrap()
+    };
     let ((a, _), (b, _)) = (solve(&none), solve(&same));
     assert!(a.iter().zip(&b).all(|(a, b)| worst(a, b) == 0.0));
 }
@@ -141,7 +145,7 @@ fn iterations_hardly_grow_with_the_weight_of_time() {
         let iterations = [1.0, 16.0, 256.0].map(|weight| {
             let weights = Uniform { screen: 0.04, pairs: vec![[weight, weight]; 9] };
             let rule = Alike { weights: &weights, links: &links };
-            squares::solve(source(&moments, &links), &rule, squares::TOLERANCE).unwrap().1.iterations
+            squares::solve(source(&moments, &links), &rule, Enough::residual(squares::TOLERANCE)).unwrap().1.iterations
         });
         eprintln!("pan {pan:?}: {iterations:?} iterations");
         // Where the picture moves far, links that end do not let the longest waves in time through.
