@@ -18,8 +18,11 @@ const SHARE: f64 = 1e-4;
 const MOST: u32 = 200;
 
 /// What is enough where noise puts every pixel off by `unit` in the measure of the weights: variance of a measurement times its weight, summed
-/// over channels.
+/// over channels. A moment by itself is solved as a single frame is.
 pub(super) fn by_noise(source: &Source, unit: f64) -> Enough {
+    if source.moments.len() == 1 {
+        return Enough::residual(TOLERANCE);
+    }
     let pixels = source.moments.iter().map(|moment| moment.extent().pixels() as f64).sum::<f64>();
     Enough { residual: TOLERANCE, energy: SHARE * unit.max(0.0) * pixels }
 }
