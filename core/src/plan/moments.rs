@@ -49,7 +49,7 @@ impl Plan {
 }
 
 impl Plan {
-    /// Says among the reasons how many frames show how many moments, and why that is exact.
+    /// Says among the reasons how many frames show how many moments, why that is exact, and why moments are rendered whole.
     pub fn tell_moments(&mut self, moments: &[Moment]) {
         let frames: u64 = moments.iter().map(|moment| u64::from(moment.end.wrapping_sub(moment.first))).sum();
         if frames > moments.len() as u64 {
@@ -59,6 +59,15 @@ impl Plan {
                 "{frames} frames show {shown} once: frames are one moment where the scene is the same, number by number, at all instants \
                  that their shutters see, and an image depends on nothing else"
             ));
+        }
+        if moments.len() > 1 {
+            self.reasons.push(match self.max_depth {
+                1 => "every moment is rendered whole: its paths end at what the camera sees, and cost a ray each".to_owned(),
+                most => format!(
+                    "every moment is rendered whole: paths of up to {most} edges may carry light from what changes to any pixel, and \
+                     nothing proves of a tile that none does"
+                ),
+            });
         }
     }
 }
@@ -122,6 +131,23 @@ mod tests {
         let open = Timeline { shutter: 1.0, instants: 3, ..four };
         assert_eq!(moments(&moving, open, 0..8), [(0, 2), (2, 3), (3, 4), (4, 8)]);
         assert_eq!(moments(&scene(""), four, 7..1000), [(7, 1000)]);
+    }
+
+    #[test]
+    fn the_plan_says_what_is_rendered_once_and_why_the_rest_is_not() {
+        let told = |scene: &SceneDescription, max_depth| {
+            let timeline = Some(Timeline { fps: 4.0, ..Timeline::default() });
+            let mut plan = resolve(scene, &Request { timeline, frames: 8, max_depth, ..Request::default() }).unwrap();
+            let (moments, before) = (plan.moments(scene, 0..8).unwrap(), plan.reasons.len());
+            plan.tell_moments(&moments);
+            plan.reasons.split_off(before)
+        };
+        let moving = told(&scene(TRACK), Some(5));
+        assert!(moving[0].starts_with("8 frames show 3 moments, each rendered once"), "{moving:?}");
+        assert!(moving[1].contains("rendered whole") && moving[1].contains("up to 5 edges"), "{moving:?}");
+        assert!(told(&scene(TRACK), Some(1))[1].contains("a ray each"));
+        let resting = told(&scene(""), None);
+        assert!(resting.len() == 1 && resting[0].starts_with("8 frames show one moment, rendered once"), "{resting:?}");
     }
 
     #[test]
