@@ -26,8 +26,8 @@ pub struct ServeConfig {
     /// environment (AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY) [default: the folder blobs in the data folder]
     #[arg(long, value_name = "URI", env = "GRADFARM_BLOBS")]
     pub blobs: Option<BlobUri>,
-    /// How long to keep bytes that no job needs any more, such as 90s, 30m or 1h
-    #[arg(long, value_name = "TIME", env = "GRADFARM_BLOB_GRACE", default_value = "1h", value_parser = span)]
+    /// How long to keep bytes that no job needs any more, such as 30m or 1h; at least 5m
+    #[arg(long, value_name = "TIME", env = "GRADFARM_BLOB_GRACE", default_value = "1h", value_parser = grace)]
     pub blob_grace: Duration,
     /// How long to keep jobs that are over and their images, such as 12h or 30d [default: for ever]
     #[arg(long, value_name = "TIME", env = "GRADFARM_KEEP_JOBS", value_parser = span)]
@@ -69,9 +69,33 @@ fn span(text: &str) -> Result<Duration, String> {
     millis.map(Duration::from_millis).ok_or_else(|| format!("{text:?} is no span of time, expected one such as 90s, 30m, 12h or 30d"))
 }
 
+/// Bytes are stored before the row that names them, and database and storage may each be away for a minute in between: what is removed
+/// must be older than that by far.
+const LEAST_GRACE: Duration = Duration::from_secs(300);
+
+/// A span of time that is safe as a grace for bytes.
+///
+/// # Errors
+/// If it is none, or too short.
+fn grace(text: &str) -> Result<Duration, String> {
+    let grace = span(text)?;
+    if grace < LEAST_GRACE {
+        return Err(format!("{text:?} is too short, expected 5m or more: what was just delivered is not named by any job yet"));
+    }
+    Ok(grace)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_are_kept_for_longer_than_a_database_may_be_away() {
+        assert_eq!(grace("1h"), Ok(Duration::from_secs(3600)));
+        for bad in ["0s", "299s", "1"] {
+            assert!(grace(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn spans_have_a_unit() {

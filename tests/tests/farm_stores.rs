@@ -2,7 +2,8 @@
 
 #![cfg(unix)]
 
-use std::time::Duration;
+use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 use gradfarm_core::plan::Technique;
 use gradfarm_tests::farm::{Coordinator, Job, PATIENCE, With, wait_for};
@@ -60,16 +61,26 @@ fn a_database_and_a_storage_that_go_away_cost_nothing_but_time() {
 fn what_nobody_needs_is_removed_from_the_storage_and_the_database() {
     let storage = s3::Server::start();
     let Some(database) = postgres::shared() else { return };
-    let with = with(&database.database(), &storage, &["--blob-grace", "1s", "--keep-jobs", "30s"]);
-    let coordinator = Coordinator::start_with(with);
-    let _worker = coordinator.worker(2);
+    let with = with(&database.database(), &storage, &["--blob-grace", "20m", "--keep-jobs", "1ms"]);
+    let mut coordinator = Coordinator::start_with(with);
+    let worker = coordinator.worker(2);
     let job = coordinator.submit(&Job { samples: 16, ..JOB });
     coordinator.image(&job);
+    drop(worker);
     // Folders go with the last object in them.
-    let entries = |folder: &std::path::Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let objects = || entries(&storage.folder().join("farm")).map(|folder| entries(&folder).count()).sum::<usize>();
-    // A description, a manifest, three files: the results go once the frame is there.
-    wait_for("the end of the results", PATIENCE, || (objects() == 5).then_some(()));
-    wait_for("the end of the job", PATIENCE, || coordinator.ask(&["status", &job]).is_err().then_some(()));
-    wait_for("the end of its files", PATIENCE, || (objects() == 0).then_some(()));
+    let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let objects = || entries(&storage.folder().join("farm")).flat_map(|folder| entries(&folder).collect::<Vec<_>>()).collect::<Vec<_>>();
+    assert!(objects().len() > 5, "results, a description, a manifest, three files");
+    let yesterday = SystemTime::now() - Duration::from_secs(86_400);
+    wait_for("the end of everything", PATIENCE, || {
+        for object in objects() {
+            // It may be removed meanwhile.
+            let _gone = std::fs::File::options().write(true).open(object).and_then(|file| file.set_modified(yesterday));
+        }
+        // What is over for long is forgotten, and what nobody names is removed, first thing after a start.
+        coordinator.crash_and_restart();
+        wait_for("a while", PATIENCE, || (objects().is_empty() || coordinator.ask(&["status", &job]).is_err()).then_some(()));
+        objects().is_empty().then_some(())
+    });
+    assert!(coordinator.ask(&["status", &job]).is_err());
 }
