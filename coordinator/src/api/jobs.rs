@@ -11,11 +11,13 @@ use serde::Deserialize;
 use super::json::{Job, JobPage};
 use super::problem::Problem;
 use super::{relay, submission};
+use crate::error::Error;
 use crate::job::JobId;
 use crate::service::Handle;
 
 /// `POST /jobs`: JSON or a form, told apart by the content type. Once this answers 201, the job survives a crash.
 pub(super) async fn submit(State(service): State<Handle>, request: Request) -> Result<Response, Problem> {
+    let token = request.headers().get(header::AUTHORIZATION).cloned();
     let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let submission = match content_type.split(';').next().unwrap_or_default().trim() {
         "application/json" => {
@@ -34,7 +36,11 @@ pub(super) async fn submit(State(service): State<Handle>, request: Request) -> R
         }
     };
     let id = service.submit(submission).await?;
-    let job = Job::from(service.get(id).await?);
+    let job = match service.get(id).await {
+        // Its token was used before, at another coordinator.
+        Err(Error::NoJob(_)) => relay::job(&service, id, token.as_ref()).await?,
+        found => Job::from(found?),
+    };
     Ok((StatusCode::CREATED, [(header::LOCATION, format!("{}/jobs/{id}", super::ROOT))], Json(job)).into_response())
 }
 

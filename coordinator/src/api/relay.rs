@@ -6,14 +6,15 @@ use std::time::Duration;
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::request::Parts;
-use axum::http::{HeaderMap, HeaderName, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use futures::future;
 
-use super::json::{JobPage, JobSummary};
+use super::json::{Job, JobPage, JobSummary};
 use super::problem::Problem;
 use crate::crypto;
+use crate::error::Error;
 use crate::job::JobId;
 use crate::service::Handle;
 
@@ -101,6 +102,17 @@ async fn forward(base: &str, parts: &Parts, body: Body) -> Result<Response, Prob
         response = response.header(name, value);
     }
     response.body(Body::from_stream(answer.bytes_stream())).map_err(|fault| Problem::internal(&fault))
+}
+
+/// A job that another coordinator has, as that one tells it.
+pub(super) async fn job(service: &Handle, job: JobId, token: Option<&HeaderValue>) -> Result<Job, Problem> {
+    let base = service.elsewhere(job).await?.ok_or(Error::NoJob(job))?;
+    let away = |fault: reqwest::Error| Problem::unavailable(format!("the coordinator that has job {job} does not answer: {fault}"));
+    let mut request = client().get(format!("{}{}/jobs/{job}", base.trim_end_matches('/'), super::ROOT)).header(RELAYED, "1");
+    if let Some(token) = token {
+        request = request.header(header::AUTHORIZATION, token);
+    }
+    request.timeout(PATIENCE).send().await.and_then(reqwest::Response::error_for_status).map_err(away)?.json().await.map_err(away)
 }
 
 /// What the other coordinators have on a page of the list. One that does not answer is left out: it is gone, and its jobs are about to be

@@ -90,8 +90,8 @@ pub async fn migrate(from: &StoreUri, to: &StoreUri) -> Result<Vec<(String, u64)
     {
         return Err(MigrateError::Absent { store: from.to_string() });
     }
-    let mut source = open(from).await?;
-    let mut target = open(to).await?;
+    let mut source = open(from, None).await?;
+    let mut target = open(to, folder(from)).await?;
     let of_target = |error| MigrateError::Store { store: to.to_string(), source: error };
     let of_source = |error| MigrateError::Store { store: from.to_string(), source: error };
     if target.on().first(Statement::new("SELECT 1 FROM jobs LIMIT 1")).await.map_err(of_target)?.is_some() {
@@ -145,12 +145,14 @@ async fn copy(table: &Table, source: &mut Side, target: &mut Side, from: &StoreU
     }
 }
 
-/// Opens a store for copying: its tables are brought up to date, and no coordinator is at work on it.
-async fn open(store: &StoreUri) -> Result<Side, MigrateError> {
+/// Opens a store for copying: its tables are brought up to date, and no coordinator is at work on it. The lock of the folder `held` is
+/// ours already.
+async fn open(store: &StoreUri, held: Option<&Path>) -> Result<Side, MigrateError> {
     let failed = |source| MigrateError::Store { store: store.to_string(), source };
     match store {
         StoreUri::Sqlite(file) => {
-            let lock = lock_beside(file).map_err(|()| MigrateError::InUse { store: store.to_string() })?;
+            let lock = if folder(store) == held { Ok(None) } else { lock_beside(file) };
+            let lock = lock.map_err(|()| MigrateError::InUse { store: store.to_string() })?;
             // All that opening checks and brings up to date.
             drop(Sqlite::open(file, true).await.map_err(failed)?);
             let options = SqliteConnectOptions::new()
@@ -169,6 +171,14 @@ async fn open(store: &StoreUri) -> Result<Side, MigrateError> {
             }
             Ok(Side::Postgres(connection))
         }
+    }
+}
+
+/// The folder of a store in a file.
+fn folder(store: &StoreUri) -> Option<&Path> {
+    match store {
+        StoreUri::Sqlite(file) => file.parent(),
+        StoreUri::Postgres(_) => None,
     }
 }
 

@@ -44,7 +44,7 @@ async fn fill(store: &StoreUri) {
 
 /// Everything that a store holds, in a fixed order.
 async fn contents(store: &StoreUri) -> Vec<(String, Vec<Vec<Value>>)> {
-    let mut side = open(store).await.unwrap();
+    let mut side = open(store, None).await.unwrap();
     let mut all = Vec::new();
     for table in catalogue::tables(&mut side).await.unwrap() {
         let mut rows = Vec::new();
