@@ -55,7 +55,8 @@ fn the_doctor_finds_what_is_wrong() {
     let server = Server::start(0);
     let (folder, scene) = folder();
     let verdict = |data: &std::path::Path, what: &str| {
-        let output = server.run(&["doctor", "--json", "--data", data.to_str().unwrap()]);
+        let token = server.data.path().join("token");
+        let output = server.run(&["doctor", "--json", "--data", data.to_str().unwrap(), "--token-file", token.to_str().unwrap()]);
         let findings = last_json(&output);
         let found = findings.as_array().unwrap().iter().find(|finding| finding["what"] == what).cloned();
         (output.status.code(), found.unwrap_or_else(|| panic!("nothing on {what}: {findings}"))["verdict"].as_str().unwrap().to_owned())
