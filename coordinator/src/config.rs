@@ -4,17 +4,19 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::access::OidcOptions;
 use crate::embedded;
 use crate::store::{BlobUri, StoreUri};
+use crate::tls;
 
 /// What a server is told.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ServeConfig {
-    /// Where to listen for people: HTTP, loopback only; port 0 picks a free one
-    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_LISTEN", default_value = "127.0.0.1:7700", value_parser = loopback)]
+    /// Where to listen for people: HTTP, beyond loopback only with TLS; port 0 picks a free one
+    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_LISTEN", default_value = "127.0.0.1:7700", value_parser = address)]
     pub listen: SocketAddr,
-    /// Where to listen for workers: gRPC, loopback only; port 0 picks a free one
-    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_GRPC", default_value = "127.0.0.1:7781", value_parser = loopback)]
+    /// Where to listen for workers: gRPC, beyond loopback only with TLS; port 0 picks a free one
+    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_GRPC", default_value = "127.0.0.1:7781", value_parser = address)]
     pub grpc: SocketAddr,
     /// Folder for jobs, assets and images; made if it is not there
     #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data")]
@@ -39,29 +41,119 @@ pub struct ServeConfig {
     /// Rendering threads of each of them [default: the cores shared out]
     #[arg(long, value_name = "N", env = "GRADFARM_THREADS", value_parser = clap::value_parser!(u16).range(1..=i64::from(embedded::THREADS_MOST)))]
     pub threads: Option<u16>,
+    /// How both ports are encrypted.
+    #[command(flatten)]
+    pub tls: TlsConfig,
+    /// Whose tokens are taken besides our own.
+    #[command(flatten)]
+    pub oidc: OidcConfig,
 }
 
-/// An address of this machine only. Names are not resolved: what a name means can change after it was checked.
+/// What a server is told about an identity provider.
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Identity provider")]
+pub struct OidcConfig {
+    /// Take tokens of this identity provider (OpenID Connect), too: its address, as its tokens name it
+    #[arg(long, value_name = "URL", env = "GRADFARM_OIDC_ISSUER", requires = "oidc_audience")]
+    pub oidc_issuer: Option<String>,
+    /// What its tokens for this farm are for
+    #[arg(long, value_name = "NAME", env = "GRADFARM_OIDC_AUDIENCE", requires = "oidc_issuer")]
+    pub oidc_audience: Option<String>,
+    /// The claim of its tokens that names roles (admin or gradfarm-admin, and so on); dots step into objects
+    #[arg(long, value_name = "CLAIM", env = "GRADFARM_OIDC_ROLES", default_value = "roles")]
+    pub oidc_roles: String,
+}
+
+impl OidcConfig {
+    /// The provider, if there is one.
+    pub fn options(&self) -> Option<OidcOptions> {
+        let (issuer, audience) = self.oidc_issuer.clone().zip(self.oidc_audience.clone())?;
+        Some(OidcOptions { issuer, audience, role_claim: self.oidc_roles.clone() })
+    }
+}
+
+/// What a server is told about encryption.
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Encryption")]
+pub struct TlsConfig {
+    /// Encrypt both ports with a certificate of the farm's own authority; needed to listen beyond loopback
+    #[arg(long, env = "GRADFARM_TLS")]
+    pub tls: bool,
+    /// A name or address under which the coordinator is reached from elsewhere, for that certificate; may be given several times
+    #[arg(long, value_name = "NAME", env = "GRADFARM_TLS_NAME", value_delimiter = ',')]
+    pub tls_name: Vec<String>,
+    /// Encrypt both ports with this certificate (PEM) instead; read again when it changes
+    #[arg(long, value_name = "FILE", env = "GRADFARM_TLS_CERT", requires = "tls_key")]
+    pub tls_cert: Option<PathBuf>,
+    /// The key of that certificate (PEM)
+    #[arg(long, value_name = "FILE", env = "GRADFARM_TLS_KEY", requires = "tls_cert")]
+    pub tls_key: Option<PathBuf>,
+    /// Folder of the farm's own authority, which coordinators of one farm share; made if it is not there [default: authority in the data folder]
+    #[arg(long, value_name = "DIR", env = "GRADFARM_AUTHORITY")]
+    pub authority: Option<PathBuf>,
+    /// Also take workers whose certificates are of this authority (PEM)
+    #[arg(long, value_name = "FILE", env = "GRADFARM_CLIENT_CA")]
+    pub client_ca: Option<PathBuf>,
+    /// How long certificates of workers are good, such as 24h; they are renewed after two thirds of that [default: 24h]
+    #[arg(long, value_name = "TIME", env = "GRADFARM_WORKER_CERTIFICATES", value_parser = span)]
+    pub worker_certificates: Option<Duration>,
+}
+
+impl ServeConfig {
+    /// How encryption is set up, if it is.
+    ///
+    /// # Errors
+    /// If something listens beyond loopback without it, or it is asked for by halves.
+    pub fn encryption(&self) -> Result<Option<tls::Options>, String> {
+        let asked = &self.tls;
+        if !asked.tls && asked.tls_cert.is_none() {
+            if let Some(address) = [self.listen, self.grpc].into_iter().find(|address| !address.ip().is_loopback()) {
+                return Err(format!(
+                    "{address} can be reached from other machines, and without TLS everybody on the way could read along; \
+                     add --tls, or use 127.0.0.1 or [::1]"
+                ));
+            }
+            return match asked.client_ca {
+                Some(_) => Err("--client-ca is about encrypted connections; add --tls, or --tls-cert and --tls-key".to_owned()),
+                None => Ok(None),
+            };
+        }
+        let mut names = asked.tls_name.clone();
+        names
+            .extend([self.listen, self.grpc].map(|address| address.ip()).iter().filter(|ip| !ip.is_unspecified()).map(ToString::to_string));
+        let authority = asked.authority.clone().unwrap_or_else(|| self.data.join("authority"));
+        let given = asked.tls_cert.clone().zip(asked.tls_key.clone());
+        let usual = tls::Options::new(authority);
+        let worker_ttl = asked.worker_certificates.unwrap_or(usual.worker_ttl);
+        Ok(Some(tls::Options { names, given, client_authority: asked.client_ca.clone(), worker_ttl, ..usual }))
+    }
+}
+
+impl ServeConfig {
+    /// By which URL a listener is reached: from elsewhere by the first of the names that were given, where it listens everywhere.
+    pub fn reached_at(&self, address: SocketAddr) -> String {
+        let encrypted = self.tls.tls || self.tls.tls_cert.is_some();
+        match self.tls.tls_name.first().filter(|_| address.ip().is_unspecified()) {
+            Some(name) => format!("https://{name}:{}", address.port()),
+            None => embedded::url(address, encrypted),
+        }
+    }
+}
+
+/// An address and a port. Names are not resolved: what a name means can change after it was checked.
 ///
 /// # Errors
-/// Why not.
-fn loopback(text: &str) -> Result<SocketAddr, String> {
+/// What is expected.
+fn address(text: &str) -> Result<SocketAddr, String> {
     let text = text.replacen("localhost:", "127.0.0.1:", 1);
-    let address: SocketAddr = text.parse().map_err(|_| "expected an address and a port, such as 127.0.0.1:7700".to_owned())?;
-    if address.ip().is_loopback() {
-        Ok(address)
-    } else {
-        Err("this address can be reached from other machines, and there is neither encryption nor authentication yet; \
-             use 127.0.0.1 or [::1], and a tunnel (ssh -L) from elsewhere"
-            .to_owned())
-    }
+    text.parse().map_err(|_| "expected an address and a port, such as 127.0.0.1:7700".to_owned())
 }
 
 /// A span of time: a whole number and its unit.
 ///
 /// # Errors
 /// If it is none.
-fn span(text: &str) -> Result<Duration, String> {
+pub(crate) fn span(text: &str) -> Result<Duration, String> {
     let units = [("ms", 1), ("s", 1_000), ("m", 60_000), ("h", 3_600_000), ("d", 86_400_000)];
     let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);
@@ -88,6 +180,17 @@ fn grace(text: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        config: ServeConfig,
+    }
+
+    fn read(arguments: &[&str]) -> Result<Option<tls::Options>, String> {
+        Line::parse_from([&["serve"], arguments].concat()).config.encryption()
+    }
 
     #[test]
     fn bytes_are_kept_for_longer_than_a_database_may_be_away() {
@@ -108,15 +211,31 @@ mod tests {
     }
 
     #[test]
-    fn only_loopback_addresses_are_taken() {
+    fn beyond_loopback_there_is_tls_or_nothing() {
         for good in ["127.0.0.1:0", "127.0.0.2:80", "[::1]:7700", "localhost:1"] {
-            assert!(loopback(good).is_ok(), "{good}");
+            assert_eq!(read(&["--listen", good]), Ok(None), "{good}");
         }
-        for bad in ["0.0.0.0:7700", "[::]:7700", "192.168.1.2:7700"] {
-            assert!(loopback(bad).unwrap_err().contains("neither encryption nor authentication"), "{bad}");
+        for beyond in ["0.0.0.0:7700", "[::]:7700", "192.168.1.2:7700"] {
+            for port in ["--listen", "--grpc"] {
+                assert!(read(&[port, beyond]).unwrap_err().contains("--tls"), "{beyond}");
+                assert!(read(&[port, beyond, "--tls"]).unwrap().is_some(), "{beyond}");
+            }
         }
         for bad in ["7700", "example.org:80", ""] {
-            assert!(loopback(bad).unwrap_err().contains("such as"), "{bad}");
+            assert!(address(bad).unwrap_err().contains("such as"), "{bad}");
         }
+    }
+
+    #[test]
+    fn what_is_told_about_encryption_is_kept() {
+        assert!(read(&["--client-ca", "a.pem"]).is_err());
+        assert!(Line::try_parse_from(["serve", "--tls-cert", "a.pem"]).is_err());
+        let own = read(&["--tls", "--data", "d", "--listen", "10.0.0.1:1", "--tls-name", "farm,10.1.1.1", "--worker-certificates", "2h"]);
+        let own = own.unwrap().unwrap();
+        assert_eq!(own.authority, PathBuf::from("d/authority"));
+        assert_eq!(own.names, ["farm", "10.1.1.1", "10.0.0.1", "127.0.0.1"]);
+        assert_eq!((own.worker_ttl.as_secs(), own.given), (7200, None));
+        let given = read(&["--tls-cert", "c", "--tls-key", "k", "--authority", "a"]).unwrap().unwrap();
+        assert_eq!((given.given, given.authority), (Some(("c".into(), "k".into())), "a".into()));
     }
 }

@@ -1,6 +1,6 @@
 //! A coordinator and workers in one process, speaking gRPC over loopback like any others. The only file that knows both.
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::thread;
@@ -50,14 +50,16 @@ impl Farm {
         let grpc = listener.local_addr().map_err(io)?;
         let service = Service::open(config).await?;
         let handle = service.handle();
-        let token = handle.gate().in_process_worker();
+        let token = handle.gate().in_process_worker().expose().to_owned();
+        let authority = handle.secured().map(|secured| secured.registry.authority().pem().to_owned());
+        let url = url(grpc, authority.is_some());
         let (stop_service, stopping) = watch::channel(false);
         let service = tokio::spawn(service.run(listener, wait(stopping)));
         let (stop_workers, stopping) = watch::channel(false);
         let mut workers = JoinSet::new();
         for (k, threads) in threads.iter().enumerate() {
-            let mut config = gradfarm_worker::Config::new(format!("http://{grpc}"), format!("embedded-{}", k + 1), *threads);
-            config.credential = gradfarm_worker::Credential::Token(token.expose().to_owned());
+            let mut config = gradfarm_worker::Config::new(&url, format!("embedded-{}", k + 1), *threads);
+            config.credential = gradfarm_worker::Credential::InProcess { token: token.clone(), authority: authority.clone() };
             workers.spawn(gradfarm_worker::run(config, wait(stopping.clone())));
         }
         Ok(Self { handle, grpc, stop_workers, stop_service, service, broken: false, workers })
@@ -115,6 +117,17 @@ impl Farm {
             Err(_panicked) => Err(Error::Stopped),
         }
     }
+}
+
+/// Where somebody on this machine finds a listener.
+pub fn url(address: SocketAddr, encrypted: bool) -> String {
+    let scheme = if encrypted { "https" } else { "http" };
+    let ip = match address.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
+        ip => ip,
+    };
+    format!("{scheme}://{}", SocketAddr::new(ip, address.port()))
 }
 
 async fn wait(mut stopping: watch::Receiver<bool>) {

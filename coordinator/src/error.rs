@@ -93,11 +93,20 @@ pub enum Error {
     /// No such token.
     #[error("there is no token {0:?}")]
     NoToken(String),
+    /// No certificate of ours or of another authority can name this worker.
+    #[error("there is no worker {0} with a certificate; `gradfarm worker list` has those that joined")]
+    NoWorker(crate::job::WorkerId),
+    /// The identity provider cannot be used.
+    #[error(transparent)]
+    Oidc(#[from] crate::access::OidcError),
+    /// Encryption cannot be set up.
+    #[error(transparent)]
+    Tls(#[from] crate::tls::TlsError),
     /// A file that only its owner may read could not be written.
     #[error(transparent)]
     Private(#[from] crate::access::PrivateFileError),
-    /// Not on loopback: there is neither encryption nor authentication yet.
-    #[error("refusing to listen on {0}: without TLS and tokens nothing listens beyond loopback; use 127.0.0.1 or [::1]")]
+    /// Not on loopback, and not encrypted.
+    #[error("refusing to listen on {0}: without TLS nothing listens beyond loopback; use --tls, or 127.0.0.1 or [::1]")]
     NotLoopback(SocketAddr),
     /// Listening failed.
     #[error("cannot listen on {address}: {source}")]

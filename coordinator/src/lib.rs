@@ -7,6 +7,7 @@
 pub mod access;
 pub mod api;
 mod assemble;
+pub mod authority;
 pub mod cli;
 pub mod clock;
 pub mod config;
@@ -32,3 +33,4 @@ pub mod service;
 pub mod store;
 pub mod study;
 pub mod telemetry;
+pub mod tls;

@@ -20,7 +20,8 @@ use tonic::{Code, Request};
 async fn ask(client: &Client, server: &Server, method: &str, path: &str) -> (StatusCode, String) {
     let id = "01920d4e-7f3b-7cc1-9f52-0a3e5f3c2b11";
     let digest = "0".repeat(64);
-    let path = path.replace("{job}", id).replace("{frame}", "0").replace("{digest}", &digest).replace("{token}", "none");
+    let path =
+        path.replace("{job}", id).replace("{frame}", "0").replace("{digest}", &digest).replace("{token}", "none").replace("{worker}", id);
     assert!(!path.contains('{'), "this test knows no value for a part of {path}");
     let response = client.request(Method::from_bytes(method.as_bytes()).unwrap(), server.url(&path)).send().await.unwrap();
     let status = response.status();
@@ -75,6 +76,14 @@ async fn every_address_wants_a_good_token_with_its_role() {
             assert!(refused || status != StatusCode::METHOD_NOT_ALLOWED, "{} {} is not there", entry.method, entry.path);
         }
     }
+    // A flood is borne for a while, and health answers through it.
+    let mut flood = futures::future::join_all((0..600).map(|_| ask(&strangers[1], &server, "GET", "/jobs"))).await;
+    flood.retain(|(status, _)| *status == StatusCode::TOO_MANY_REQUESTS);
+    assert!(flood.len() > 100 && flood[0].1 == "too-often", "{}", flood.len());
+    assert_eq!(ask(&strangers[0], &server, "GET", "/health").await.0, StatusCode::OK);
+    // Others are not held up by it.
+    assert_eq!(ask(&roles["viewer"], &server, "GET", "/jobs").await.0, StatusCode::OK);
+    tokio::time::sleep(std::time::Duration::from_secs(1)).await;
     // Strangers cannot even tell what is there from what is not.
     for (method, path) in [("GET", "/nothing"), ("PUT", "/jobs"), ("DELETE", "/health"), ("GET", "/../token")] {
         assert_eq!(ask(&strangers[0], &server, method, path).await.0, StatusCode::UNAUTHORIZED, "{method} {path}");
@@ -174,6 +183,17 @@ fn the_command_line_finds_its_token_or_says_where_it_looked() {
     assert_code(&server.run(&["token", "revoke", line.split_whitespace().next().unwrap()]), 0);
     assert!(stderr(&with(&["status"])).contains("was revoked"));
     assert_code(&server.run(&["token", "revoke", "nobody"]), 2);
+
+    // What was changed, and by whom, is remembered; so is what was refused.
+    let audit = server.run(&["audit", "--json"]);
+    assert_code(&audit, 0);
+    let entries = common::last_json(&audit)["entries"].as_array().unwrap().clone();
+    let told = |what: &str, outcome: &str| {
+        entries.iter().any(|entry| entry["what"].as_str().unwrap().starts_with(what) && entry["outcome"] == outcome && entry["who"] != "")
+    };
+    assert!(told("POST /api/v1/tokens", "201") && told("DELETE /api/v1/tokens/", "200"), "{entries:?}");
+    assert!(told("DELETE /api/v1/tokens/nobody", "404"), "{entries:?}");
+    assert!(!stdout(&audit).contains(token.trim()));
 
     // Whoever restarts it keeps the tokens.
     let before = server.token();

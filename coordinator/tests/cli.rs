@@ -17,7 +17,7 @@ fn nonsense_is_bad_input() {
         (vec!["render", "a.json", "-o", "a.jpg"], "should end in .exr"),
         (vec!["render", "a.json"], "nothing would be written"),
         (vec!["render", "a.json", "-o", "a%d%d.exr"], "expected exactly one %d"),
-        (vec!["serve", "--listen", "0.0.0.0:7700"], "neither encryption nor authentication"),
+        (vec!["serve", "--listen", "0.0.0.0:7700"], "--tls"),
         (vec!["status", "--server", "ftp://127.0.0.1"], "http://"),
     ] {
         let output = run(&arguments);

@@ -6,6 +6,7 @@
 pub mod block;
 pub mod convert;
 mod digest;
+mod identity;
 pub mod image;
 pub mod limits;
 mod manifest;
@@ -14,6 +15,7 @@ mod worker_kind;
 
 pub use convert::ConvertError;
 pub use digest::{Digest, ParseDigestError};
+pub use identity::{COORDINATOR_NAME, IdentityError, WorkerIdentity, is_pool_name, worker_uri};
 pub use manifest::{Manifest, ManifestError};
 pub use worker_kind::WorkerKind;
 

@@ -14,13 +14,13 @@ use gradfarm_proto::{Digest, limits, v1};
 use tonic::{Code, Status};
 
 use crate::backoff::Backoff;
-use crate::link::Client;
+use crate::dial::Dial;
 
 /// Fetches and keeps content.
 #[derive(Clone)]
 pub(crate) struct AssetCache {
     /// Whom to ask, one after the other.
-    clients: Vec<Client>,
+    dials: Vec<Dial>,
     folder: Option<Arc<Folder>>,
 }
 
@@ -35,11 +35,11 @@ impl AssetCache {
     ///
     /// # Errors
     /// If the folder cannot be made.
-    pub(crate) fn new(clients: Vec<Client>, folder: Option<PathBuf>, most: u64) -> io::Result<Self> {
+    pub(crate) fn new(dials: Vec<Dial>, folder: Option<PathBuf>, most: u64) -> io::Result<Self> {
         if let Some(path) = &folder {
             fs::create_dir_all(path)?;
         }
-        Ok(Self { clients, folder: folder.map(|path| Arc::new(Folder { path, most })) })
+        Ok(Self { dials, folder: folder.map(|path| Arc::new(Folder { path, most })) })
     }
 
     /// The content of a digest. Waits for a coordinator that is away.
@@ -66,8 +66,8 @@ impl AssetCache {
 
     async fn fetch_patiently(&self, digest: Digest) -> Result<Bytes, String> {
         let mut backoff = Backoff::new();
-        for client in self.clients.iter().cycle() {
-            match fetch(client.clone(), digest).await {
+        for dial in self.dials.iter().cycle() {
+            match fetch(dial, digest).await {
                 Ok(bytes) => return Ok(bytes),
                 Err(status) if matches!(status.code(), Code::NotFound | Code::InvalidArgument | Code::OutOfRange) => {
                     return Err(format!("asset {digest}: {}", status.message()));
@@ -80,9 +80,9 @@ impl AssetCache {
     }
 }
 
-async fn fetch(mut client: Client, digest: Digest) -> Result<Bytes, Status> {
+async fn fetch(dial: &Dial, digest: Digest) -> Result<Bytes, Status> {
     let request = v1::FetchAssetRequest { digest: digest.to_bytes() };
-    let mut chunks = client.fetch_asset(request).await?.into_inner();
+    let mut chunks = dial.client()?.fetch_asset(request).await?.into_inner();
     let mut bytes = Vec::new();
     while let Some(chunk) = chunks.message().await? {
         if (bytes.len() + chunk.data.len()) as u64 > limits::ASSET {

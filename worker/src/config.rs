@@ -13,12 +13,14 @@ const THREADS: usize = 1024;
 /// Configuration of a worker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// Where the coordinator listens for workers, such as `http://127.0.0.1:7781`.
+    /// Where the coordinator listens for workers, such as `http://127.0.0.1:7781` on this machine, or `https://farm.example.org:7781`.
     pub coordinator: String,
     /// Where other coordinators of the same farm listen.
     pub others: Vec<String>,
     /// What the worker shows the coordinators.
     pub credential: Credential,
+    /// File with the authority (PEM) of the coordinator's certificate, if that is not the farm's own.
+    pub authority: Option<PathBuf>,
     /// For people; at most 200 bytes.
     pub name: String,
     /// Rendering threads, 1 to 1024; each renders one unit at a time.
@@ -38,6 +40,7 @@ impl Config {
             coordinator: coordinator.into(),
             others: Vec::new(),
             credential: Credential::None,
+            authority: None,
             name: name.into(),
             threads,
             cache: None,
@@ -57,11 +60,29 @@ impl Config {
         if self.scenes == 0 {
             return invalid("scenes", "0".into(), "1 or more".into());
         }
-        if let Some(wrong) = [&self.coordinator].into_iter().chain(&self.others).find(|url| !url.starts_with("http://")) {
-            let expected = "an address such as http://127.0.0.1:7781; TLS is not spoken yet".into();
-            return invalid("coordinator", format!("{wrong:?}"), expected);
+        for url in [&self.coordinator].into_iter().chain(&self.others) {
+            if let Err(expected) = self.check_coordinator(url) {
+                return invalid("coordinator", format!("{url:?}"), expected.into());
+            }
         }
         Ok(())
+    }
+
+    /// Beyond this machine nothing is said in the clear.
+    fn check_coordinator(&self, url: &str) -> Result<(), &'static str> {
+        let usual = "an address such as http://127.0.0.1:7781 on this machine, or https://farm.example.org:7781";
+        let uri: tonic::codegen::http::Uri = url.parse().map_err(|_| usual)?;
+        let host = uri.host().ok_or(usual)?;
+        let here = host == "localhost" || host.trim_matches(['[', ']']).parse::<std::net::IpAddr>().is_ok_and(|ip| ip.is_loopback());
+        match (uri.scheme_str(), &self.credential) {
+            (Some("http"), Credential::Enrolment { .. } | Credential::Certificate { .. }) => {
+                Err("an address that begins with https://, for a worker with a certificate")
+            }
+            (Some("http"), _) if here => Ok(()),
+            (Some("http"), _) => Err("an address that begins with https://, since this one is another machine's"),
+            (Some("https"), _) => Ok(()),
+            _ => Err(usual),
+        }
     }
 }
 
@@ -75,7 +96,14 @@ mod tests {
         assert!(usual.check().is_ok());
         let threads = Config { threads: 0, ..usual.clone() }.check().unwrap_err().to_string();
         assert_eq!(threads, "threads is 0, expected 1 to 1024");
-        let scheme = Config { coordinator: "https://farm".into(), ..usual }.check().unwrap_err().to_string();
-        assert!(scheme.contains("TLS is not spoken yet"), "{scheme}");
+        let at = |coordinator: &str| Config { coordinator: coordinator.into(), ..usual.clone() };
+        for good in ["http://localhost:7781", "http://[::1]:7781", "https://farm.example.org:7781", "https://10.0.0.1"] {
+            assert!(at(good).check().is_ok(), "{good}");
+        }
+        for bad in ["http://10.0.0.1:7781", "http://farm:7781", "ftp://127.0.0.1", "127.0.0.1:7781", ""] {
+            assert!(at(bad).check().is_err(), "{bad}");
+        }
+        let credential = Credential::Enrolment { join: None, state: "s".into() };
+        assert!(Config { credential, ..usual }.check().unwrap_err().to_string().contains("https://"));
     }
 }

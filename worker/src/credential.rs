@@ -11,7 +11,7 @@ use tonic::{Request, Status};
 /// Largest token file that is read [bytes].
 const LARGEST: u64 = 64 << 10;
 
-/// Where a worker's token comes from.
+/// What a worker shows, and where that comes from.
 #[derive(Clone, Default, PartialEq, Eq)]
 pub enum Credential {
     /// There is none.
@@ -19,6 +19,27 @@ pub enum Credential {
     None,
     /// It is given.
     Token(String),
+    /// The worker runs in the coordinator's own process.
+    InProcess {
+        /// The token.
+        token: String,
+        /// The authority of the coordinator's certificate (PEM), if connections are encrypted.
+        authority: Option<String>,
+    },
+    /// The worker joins the farm, and has a certificate from then on.
+    Enrolment {
+        /// The file to join with; not needed by a worker that has joined.
+        join: Option<PathBuf>,
+        /// Folder for key and certificate, for this worker alone.
+        state: PathBuf,
+    },
+    /// The worker has a certificate of another authority.
+    Certificate {
+        /// The certificate (PEM); read again when it changes.
+        certificate: PathBuf,
+        /// Its key (PEM).
+        key: PathBuf,
+    },
     /// It stands in a file, which may not be there yet.
     File(PathBuf),
 }
@@ -28,6 +49,9 @@ impl fmt::Debug for Credential {
         match self {
             Self::None => f.write_str("None"),
             Self::Token(_) => f.write_str("Token(…)"),
+            Self::InProcess { .. } => f.write_str("InProcess(…)"),
+            Self::Enrolment { join, state } => f.debug_struct("Enrolment").field("join", join).field("state", state).finish(),
+            Self::Certificate { certificate, .. } => f.debug_tuple("Certificate").field(certificate).finish(),
             Self::File(path) => f.debug_tuple("File").field(path).finish(),
         }
     }
@@ -37,8 +61,8 @@ impl Credential {
     /// The header's value, or why there is none.
     fn read(&self) -> Result<Option<MetadataValue<Ascii>>, String> {
         let text = match self {
-            Self::None => return Ok(None),
-            Self::Token(text) => text.clone(),
+            Self::None | Self::Enrolment { .. } | Self::Certificate { .. } => return Ok(None),
+            Self::Token(token) | Self::InProcess { token, .. } => token.clone(),
             Self::File(path) => {
                 let name = path.display();
                 let about = std::fs::metadata(path).map_err(|fault| format!("{name}: {fault}"))?;

@@ -9,18 +9,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use gradfarm_proto::convert::LeaseName;
 use tokio::sync::watch;
-use tokio::task::JoinSet;
+use tokio::task::{JoinHandle, JoinSet};
 
 use crate::config::Config;
-use crate::credential::Bearer;
+use crate::dial::Dial;
+use crate::enrolment;
 use crate::error::Error;
 use crate::execute::Pool;
 use crate::lease_loop;
-use crate::link::{self, Client};
 
 /// What the loops share.
 pub(crate) struct Crew {
-    /// Drawn when the process starts; the same for all coordinators.
+    /// As its certificate says, or drawn when the process starts; the same for all coordinators.
     pub(crate) worker: [u8; 16],
     pub(crate) pool: Pool,
     members: Vec<Member>,
@@ -28,23 +28,22 @@ pub(crate) struct Crew {
 
 /// A coordinator, as all loops see it.
 struct Member {
-    client: Client,
-    /// What it is shown; all calls to it share it.
-    bearer: Bearer,
+    /// Opens connections to it.
+    dial: Dial,
     /// The leases of its loop while it is away; none while it is there.
     orphans: Mutex<BTreeSet<LeaseName>>,
 }
 
 impl Crew {
-    /// Clients for what is sent beside the stream: the loop's own first, then those of the others.
-    pub(crate) fn clients(&self, own: usize) -> Vec<Client> {
+    /// For what is sent beside the stream: the loop's own coordinator first, then the others.
+    pub(crate) fn dials(&self, own: usize) -> Vec<Dial> {
         let count = self.members.len();
-        (0..count).map(|k| self.members[(own + k) % count].client.clone()).collect()
+        (0..count).map(|k| self.dial((own + k) % count)).collect()
     }
 
-    /// What a loop's coordinator is shown.
-    pub(crate) fn bearer(&self, own: usize) -> Bearer {
-        self.members[own].bearer.clone()
+    /// A loop's own coordinator.
+    pub(crate) fn dial(&self, own: usize) -> Dial {
+        self.members[own].dial.clone()
     }
 
     /// Leases of other loops whose coordinators are away.
@@ -64,13 +63,18 @@ impl Crew {
 /// # Errors
 /// If it cannot start, or a coordinator refuses it for good.
 pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
+    tokio::pin!(shutdown);
+    let (papers, source, trust) = tokio::select! {
+        prepared = enrolment::prepare(&config) => prepared?,
+        () = &mut shutdown => return Ok(()),
+    };
+    let worker = papers.as_ref().map_or_else(|| uuid::Uuid::now_v7().into_bytes(), |papers| papers.identity.worker);
+    let first = Dial::new(&config.coordinator, config.credential.clone(), papers.clone(), trust)?;
     let urls: Vec<String> = [&config.coordinator].into_iter().chain(&config.others).cloned().collect();
-    let mut members = Vec::with_capacity(urls.len());
-    for url in &urls {
-        let bearer = Bearer::new(config.credential.clone());
-        members.push(Member { client: link::client(url, bearer.clone())?, bearer, orphans: Mutex::default() });
-    }
-    let crew = Arc::new(Crew { worker: uuid::Uuid::now_v7().into_bytes(), pool: Pool::start(config.threads)?, members });
+    let dials = urls.iter().map(|url| first.to(url)).collect::<Result<Vec<_>, _>>()?;
+    let members = dials.iter().map(|dial| Member { dial: dial.clone(), orphans: Mutex::default() }).collect();
+    let crew = Arc::new(Crew { worker, pool: Pool::start(config.threads)?, members });
+    let renewal = source.zip(papers).map(|(source, papers)| AbortOnDrop(tokio::spawn(enrolment::keep_good(dials, source, papers))));
     let (tell, told) = watch::channel(false);
     let mut loops = JoinSet::new();
     for (own, url) in urls.into_iter().enumerate() {
@@ -78,14 +82,13 @@ pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Sen
         loops.spawn(lease_loop::run(own, crew.clone(), config, until(told.clone())));
     }
     drop(crew);
-    tokio::pin!(shutdown);
     let mut stopping = false;
     let mut outcome = Ok(());
     loop {
         tokio::select! {
             () = &mut shutdown, if !stopping => stopping = true,
             ended = loops.join_next() => match ended {
-                None => return outcome,
+                None => break,
                 Some(Ok(Ok(()))) => {}
                 Some(Ok(Err(error))) => (outcome, stopping) = (Err(error), true),
                 Some(Err(broken)) if broken.is_panic() => std::panic::resume_unwind(broken.into_panic()),
@@ -95,6 +98,21 @@ pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Sen
         if stopping {
             tell.send_replace(true);
         }
+    }
+    if let Some(mut renewal) = renewal {
+        // Waited for, so that the state folder is free when this returns.
+        renewal.0.abort();
+        let _aborted = (&mut renewal.0).await;
+    }
+    outcome
+}
+
+/// A task that ends with whoever started it.
+struct AbortOnDrop(JoinHandle<()>);
+
+impl Drop for AbortOnDrop {
+    fn drop(&mut self) {
+        self.0.abort();
     }
 }
 

@@ -8,7 +8,7 @@ use gradfarm_proto::{limits, v1};
 use tonic::Code;
 
 use crate::backoff::Backoff;
-use crate::link::Client;
+use crate::dial::Dial;
 
 /// A result on its way.
 #[derive(Clone, Debug)]
@@ -22,12 +22,17 @@ pub(crate) struct Delivery {
 }
 
 /// Delivers to one coordinator after the other; returns once one has answered, whatever it said.
-pub(crate) async fn deliver(mut clients: Vec<Client>, delivery: Delivery) {
+pub(crate) async fn deliver(mut dials: Vec<Dial>, delivery: Delivery) {
     let mut backoff = Backoff::new();
     let lease = delivery.lease;
     loop {
-        let Some(client) = clients.first_mut() else { return };
-        match client.deliver(tokio_stream::iter(chunks(&delivery))).await {
+        let Some(dial) = dials.first() else { return };
+        // Asked for each time: there may be a new certificate to show.
+        let sent = match dial.client() {
+            Ok(mut client) => client.deliver(tokio_stream::iter(chunks(&delivery))).await,
+            Err(status) => Err(status),
+        };
+        match sent {
             Ok(reply) => {
                 let reply = reply.into_inner();
                 match reply.outcome() {
@@ -47,7 +52,7 @@ pub(crate) async fn deliver(mut clients: Vec<Client>, delivery: Delivery) {
             Err(status) => tracing::debug!(unit = lease.unit, problem = %status, "result kept, trying again"),
         }
         // Another coordinator may have taken the job over.
-        clients.rotate_left(1);
+        dials.rotate_left(1);
         tokio::time::sleep(backoff.wait()).await;
     }
 }

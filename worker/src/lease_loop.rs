@@ -90,14 +90,12 @@ struct Loop {
 /// # Errors
 /// If it cannot start, or the coordinator refuses the worker for good.
 pub(crate) async fn run(own: usize, crew: Arc<Crew>, config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
-    // Two connections, so that heartbeats never wait behind results.
-    let bearer = crew.bearer(own);
-    let control = link::client(&config.coordinator, bearer.clone())?;
     let folder = |source| Error::Io { what: "cache folder".into(), source };
-    let assets = AssetCache::new(crew.clients(own), config.cache.clone(), config.cache_bytes).map_err(folder)?;
+    let assets = AssetCache::new(crew.dials(own), config.cache.clone(), config.cache_bytes).map_err(folder)?;
     let (reporter, mut reports) = mpsc::unbounded_channel();
     let (sender, mut news) = mpsc::channel(64);
-    let link = tokio::spawn(link::keep(config.coordinator.clone(), control, bearer, sender));
+    // The stream has a connection of its own, so that heartbeats never wait behind results.
+    let link = tokio::spawn(link::keep(crew.dial(own), sender));
     let mut state = Loop {
         scenes: SceneCache::new(config.scenes),
         config,
@@ -327,9 +325,9 @@ impl Loop {
                         held.stage = Stage::Delivering;
                         let (load_seconds, compile_seconds) = (held.load_seconds, held.compile_seconds);
                         let delivery = Delivery { worker: self.crew.worker, lease, block, load_seconds, compile_seconds, render_seconds };
-                        let clients = self.crew.clients(self.own);
+                        let dials = self.crew.dials(self.own);
                         let deliver = async move {
-                            deliver(clients, delivery).await;
+                            deliver(dials, delivery).await;
                             Done::Delivered(lease)
                         };
                         held.delivery = Some(self.tasks.spawn(deliver));

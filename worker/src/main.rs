@@ -16,7 +16,8 @@ use tracing_subscriber::EnvFilter;
 /// exit with code 0; a second Ctrl-C stops it at once.
 ///
 /// A worker on the coordinator's machine shows the token that the coordinator has put into its folder; started elsewhere than the
-/// coordinator was, it needs --data or --token-file to find it.
+/// coordinator was, it needs --data or --token-file to find it. From another machine it joins with --join, over https://, and renews its
+/// certificate by itself from then on.
 ///
 /// Exit codes: 0 stopped as told, 1 something failed, 2 wrong usage.
 #[derive(Debug, Parser)]
@@ -28,6 +29,21 @@ struct Arguments {
     /// File with the worker's token; read again before every connection [default: DIR/worker-token of --data].
     #[arg(long, value_name = "FILE", env = "GRADFARM_TOKEN_FILE")]
     token_file: Option<PathBuf>,
+    /// Join the farm with this file of `gradfarm join-token create`; needed once. The worker has a certificate from then on.
+    #[arg(long, value_name = "FILE", env = "GRADFARM_JOIN")]
+    join: Option<PathBuf>,
+    /// Folder for the worker's key and certificate, one for each worker [default: gradfarm-worker in the user's state folder].
+    #[arg(long, value_name = "DIR", env = "GRADFARM_STATE")]
+    state: Option<PathBuf>,
+    /// Authority (PEM) of the coordinator's certificate, if that is not the farm's own.
+    #[arg(long, value_name = "FILE", env = "GRADFARM_CA")]
+    ca: Option<PathBuf>,
+    /// Certificate (PEM) of another authority that the coordinator trusts (its --client-ca), instead of joining.
+    #[arg(long, value_name = "FILE", env = "GRADFARM_TLS_CERT", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// The key of that certificate (PEM).
+    #[arg(long, value_name = "FILE", env = "GRADFARM_TLS_KEY", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
     /// The coordinator's folder, where it is on this machine: the worker's token lies there.
     #[arg(long, value_name = "DIR", env = "GRADFARM_DATA", default_value = "gradfarm-data")]
     data: PathBuf,
@@ -80,10 +96,11 @@ async fn start(arguments: Arguments) -> anyhow::Result<()> {
         Some(threads) => threads,
         None => std::thread::available_parallelism()?.get(),
     };
+    let credential = credential(&arguments)?;
     let mut coordinators = arguments.coordinator.into_iter();
     let first = coordinators.next().ok_or_else(|| anyhow::anyhow!("no coordinator is named"))?;
     let mut config = Config::new(first, arguments.name.unwrap_or_else(default_name), threads);
-    config.credential = Credential::File(arguments.token_file.unwrap_or_else(|| arguments.data.join("worker-token")));
+    (config.credential, config.authority) = (credential, arguments.ca);
     config.cache = (arguments.cache_size > 0).then(|| arguments.cache.or_else(default_cache)).flatten();
     config.cache_bytes = u64::from(arguments.cache_size) << 30;
     config.others = coordinators.collect();
@@ -93,6 +110,27 @@ async fn start(arguments: Arguments) -> anyhow::Result<()> {
     gradfarm_worker::run(config, told).await?;
     tracing::info!("worker stopped");
     Ok(())
+}
+
+/// A certificate where connections are encrypted, a token where they are not.
+fn credential(arguments: &Arguments) -> anyhow::Result<Credential> {
+    if let Some((certificate, key)) = arguments.tls_cert.clone().zip(arguments.tls_key.clone()) {
+        return Ok(Credential::Certificate { certificate, key });
+    }
+    if let Some(path) = &arguments.token_file {
+        return Ok(Credential::File(path.clone()));
+    }
+    if arguments.join.is_none() && !arguments.coordinator.iter().any(|url| url.starts_with("https://")) {
+        return Ok(Credential::File(arguments.data.join("worker-token")));
+    }
+    let state = arguments.state.clone().or_else(default_state);
+    let state = state.ok_or_else(|| anyhow::anyhow!("there is no home folder for the worker's certificate: --state names one"))?;
+    Ok(Credential::Enrolment { join: arguments.join.clone(), state })
+}
+
+fn default_state() -> Option<PathBuf> {
+    let base = std::env::var_os("XDG_STATE_HOME").map(PathBuf::from);
+    base.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state"))).map(|base| base.join("gradfarm-worker"))
 }
 
 fn default_name() -> String {

@@ -7,6 +7,9 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use super::audit::Audit;
+use super::oidc::{self, Oidc, OidcError, OidcOptions};
+use super::rate::{Buckets, Rate};
 use super::role::Role;
 use super::secret::{self, Secret};
 use super::token::{Caller, Denied, Token, id_of};
@@ -36,6 +39,9 @@ pub struct Gate {
     records: Arc<dyn Records>,
     clock: Clock,
     known: Mutex<HashMap<String, Known>>,
+    audit: Audit,
+    oidc: Option<Oidc>,
+    buckets: Mutex<Buckets>,
     /// The worker of this very process, by the hash of a secret that never leaves it.
     in_process: String,
     in_process_secret: Secret,
@@ -106,12 +112,36 @@ impl Gate {
     pub fn new(records: Arc<dyn Records>) -> Self {
         let in_process_secret = Secret::draw("gfp_").expect("random numbers");
         let in_process = in_process_secret.hash();
-        Self { records, clock: Clock::new(), known: Mutex::default(), in_process, in_process_secret }
+        let audit = Audit::new(records.clone());
+        let (known, buckets) = (Mutex::default(), Mutex::default());
+        Self { records, clock: Clock::new(), known, audit, oidc: None, buckets, in_process, in_process_secret }
+    }
+
+    /// Believes an identity provider, too.
+    ///
+    /// # Errors
+    /// If its address cannot be trusted.
+    pub fn with_oidc(mut self, options: OidcOptions) -> Result<Self, OidcError> {
+        self.oidc = Some(Oidc::new(options)?);
+        Ok(self)
     }
 
     /// The token of workers that run in this process. It is kept nowhere and dies with the process.
     pub fn in_process_worker(&self) -> Secret {
         self.in_process_secret.clone()
+    }
+
+    /// Remembers who changed what.
+    pub fn audit(&self) -> &Audit {
+        &self.audit
+    }
+
+    /// Whether somebody may ask once more; otherwise in how many seconds.
+    ///
+    /// # Errors
+    /// If they ask too often.
+    pub(crate) fn bear(&self, who: &str, rate: Rate) -> Result<(), f64> {
+        self.buckets.lock().unwrap_or_else(PoisonError::into_inner).take(who, rate, self.now())
     }
 
     /// The time by which credentials are judged.
@@ -127,6 +157,9 @@ impl Gate {
         let token = token.ok_or(Denied::Missing)?;
         if token.len() > secret::LONGEST {
             return Err(Denied::Malformed.into());
+        }
+        if let Some(oidc) = self.oidc.as_ref().filter(|_| oidc::is_jwt(token)) {
+            return Ok(oidc.identify(token).await?);
         }
         let hash = secret::hash(token);
         // Both are hashes of secrets: how far they agree tells nothing about either.

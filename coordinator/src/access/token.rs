@@ -51,6 +51,20 @@ pub enum Denied {
         /// The token's name.
         name: String,
     },
+    /// An identity provider's token, and something is wrong with it.
+    #[error("the identity provider's token is not taken: {reason}")]
+    Provider {
+        /// What.
+        reason: String,
+    },
+    /// The identity provider knows them, and gives them no role here.
+    #[error("{who:?} has no role in this farm: the claim {claim:?} of their token names none of viewer, submitter, operator and admin")]
+    NoRole {
+        /// Whose token it is.
+        who: String,
+        /// Where a role was looked for.
+        claim: String,
+    },
     /// Good, but not for this.
     #[error("this needs the role {needed}; {who:?} has the role {found}")]
     Role {
@@ -74,7 +88,7 @@ pub enum Denied {
 impl Denied {
     /// Whether another credential is called for, rather than more rights for this one.
     pub fn is_about_identity(&self) -> bool {
-        !matches!(self, Denied::Role { .. } | Denied::Project { .. })
+        !matches!(self, Denied::Role { .. } | Denied::Project { .. } | Denied::NoRole { .. })
     }
 }
 
@@ -137,7 +151,7 @@ impl Token {
 }
 
 /// What a token is called where it must not be shown: the first 48 bits of its hash.
-pub(super) fn id_of(hash: &str) -> String {
+pub(crate) fn id_of(hash: &str) -> String {
     hash.chars().take(12).collect()
 }
 

@@ -4,18 +4,19 @@
 //! stands in the table of `roles`.
 //!
 //! A web page from elsewhere can make the visitor's browser send requests to loopback. Browsers name that page in `Origin`, and a
-//! name that was pointed at 127.0.0.1 in `Host`: both must be of this machine.
+//! name that was pointed at 127.0.0.1 in `Host`: without TLS both must be of this machine.
 
 use std::net::IpAddr;
+use std::time::Duration;
 
 use axum::extract::{MatchedPath, Request, State};
-use axum::http::{HeaderMap, Uri, header};
+use axum::http::{HeaderMap, HeaderValue, Method, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::problem::Problem;
 use super::roles::{self, Needs};
-use crate::access::{Caller, Denied, Refusal};
+use crate::access::{Caller, Denied, Rate, Refusal};
 use crate::service::Handle;
 
 /// Who asks, as far as that could be found out.
@@ -36,15 +37,60 @@ pub(super) async fn identify(State(service): State<Handle>, mut request: Request
         },
         Err(denied) => Standing::Stranger(denied.into()),
     };
+    let (who, rate) = match &standing {
+        Standing::Known(caller) => (caller.id.as_str(), KNOWN),
+        Standing::Stranger(_) => ("strangers", STRANGERS),
+    };
+    let open =
+        request.uri().path().strip_prefix(super::ROOT).is_some_and(|path| roles::needs(request.method(), path) == Some(Needs::Nothing));
+    if !open && let Err(seconds) = service.gate().bear(who, rate) {
+        let wait = HeaderValue::from(seconds.ceil().max(1.0) as u64);
+        return ([(header::RETRY_AFTER, wait)], Problem::too_often(seconds)).into_response();
+    }
+    let changes = ![Method::GET, Method::HEAD, Method::OPTIONS].contains(request.method());
+    if !changes {
+        request.extensions_mut().insert(standing);
+        return next.run(request).await;
+    }
+    let (name, id) = match &standing {
+        Standing::Known(caller) => (caller.name.clone(), caller.id.clone()),
+        Standing::Stranger(_) => ("nobody".to_owned(), String::new()),
+    };
+    let what = format!("{} {}", request.method(), request.uri().path());
+    // Strangers must not be able to fill the log.
+    let told = matches!(standing, Standing::Known(_)) || service.gate().bear("strangers in the log", LOGGED).is_ok();
     request.extensions_mut().insert(standing);
-    next.run(request).await
+    let response = next.run(request).await;
+    if told {
+        service.gate().audit().note(&name, &id, &what, response.status().as_str()).await;
+    }
+    response
+}
+
+/// How often one token may be used: more than people and their programs do.
+const KNOWN: Rate = Rate { per_second: 200.0, burst: 2000.0 };
+/// How often all those who are not let in may ask, together.
+const STRANGERS: Rate = Rate { per_second: 50.0, burst: 200.0 };
+/// How many of their attempts are written down.
+const LOGGED: Rate = Rate { per_second: 0.1, burst: 20.0 };
+/// How long a request may take until its answer begins; with what it uploads, longer.
+const PATIENCE: (Duration, Duration) = (Duration::from_secs(60), Duration::from_secs(3600));
+
+/// Runs a request, for so long as one may take.
+async fn run(path: &str, request: Request, next: Next) -> Response {
+    let uploads = request.method() == Method::POST && ["/jobs", "/assets"].contains(&path);
+    let limit = if uploads { PATIENCE.1 } else { PATIENCE.0 };
+    match tokio::time::timeout(limit, next.run(request)).await {
+        Ok(response) => response,
+        Err(_) => Problem::too_slow(limit).into_response(),
+    }
 }
 
 /// Lets a request through to an address if whoever asks has the role that it needs.
 pub(super) async fn authorise(path: MatchedPath, mut request: Request, next: Next) -> Response {
     let below = path.as_str().strip_prefix(super::ROOT).unwrap_or(path.as_str());
     let needed = match roles::needs(request.method(), below) {
-        Some(Needs::Nothing) => return next.run(request).await,
+        Some(Needs::Nothing) => return run(below, request, next).await,
         Some(Needs::Role(role)) => role,
         // Nothing runs that has no place in the table.
         None => return undeclared(&request, below).into_response(),
@@ -56,7 +102,7 @@ pub(super) async fn authorise(path: MatchedPath, mut request: Request, next: Nex
     match caller.require(needed) {
         Ok(()) => {
             request.extensions_mut().insert(caller);
-            next.run(request).await
+            run(below, request, next).await
         }
         Err(denied) => Problem::from(denied).into_response(),
     }
@@ -124,14 +170,29 @@ impl From<Refusal> for Problem {
     }
 }
 
-/// Lets a request through if neither its `Host` nor its `Origin` is of another machine.
-pub(super) async fn local_only(request: Request, next: Next) -> Response {
-    match check(request.headers()) {
+/// Lets a request through if no page from elsewhere made a browser send it.
+pub(super) async fn own_pages_only(State(service): State<Handle>, request: Request, next: Next) -> Response {
+    let checked = if service.secured().is_some() { check_origin(request.headers()) } else { check(request.headers()) };
+    match checked {
         Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),
     }
 }
 
+/// With TLS: a name that was pointed at this machine has no certificate here, so the browser itself stops there, and `Host` is sound. A
+/// page must have come from the same host.
+fn check_origin(headers: &HeaderMap) -> Result<(), Problem> {
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
+    for origin in headers.get_all(header::ORIGIN) {
+        let from = origin.to_str().ok().and_then(|origin| origin.strip_prefix("https://"));
+        if from.is_none() || from != host {
+            return Err(Problem::forbidden(format!("origin is {origin:?}, expected a page of this host or none")));
+        }
+    }
+    Ok(())
+}
+
+/// Without TLS: both must be of this machine.
 fn check(headers: &HeaderMap) -> Result<(), Problem> {
     for name in [header::HOST, header::ORIGIN] {
         for value in headers.get_all(&name) {
@@ -192,5 +253,21 @@ mod tests {
         assert!(check(&headers).is_ok());
         headers.insert(header::ORIGIN, "https://example.org".parse().unwrap());
         assert_eq!(check(&headers).unwrap_err().status, 403);
+    }
+
+    #[test]
+    fn with_tls_pages_of_the_same_host_may_ask() {
+        let mut headers = HeaderMap::from_iter([(header::HOST, "farm.example.org:7700".parse().unwrap())]);
+        assert!(check_origin(&headers).is_ok(), "no page at all");
+        for (origin, good) in [
+            ("https://farm.example.org:7700", true),
+            ("https://farm.example.org", false),
+            ("http://farm.example.org:7700", false),
+            ("https://evil.example.org:7700", false),
+            ("null", false),
+        ] {
+            headers.insert(header::ORIGIN, origin.parse().unwrap());
+            assert_eq!(check_origin(&headers).is_ok(), good, "{origin}");
+        }
     }
 }

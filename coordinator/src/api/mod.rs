@@ -21,11 +21,18 @@
 //! | GET | `/workers` | the connected workers |
 //! | GET, POST | `/tokens` | the tokens; issue one |
 //! | DELETE | `/tokens/{token}` | revoke one |
+//! | GET | `/audit?limit=&before=` | who changed what, newest first |
+//! | GET, POST | `/join-tokens` | the tokens with which workers join; issue one |
+//! | DELETE | `/join-tokens/{token}` | revoke one |
+//! | GET | `/enrolments` | the workers that joined |
+//! | DELETE | `/enrolments/{worker}` | throw one out |
 
 mod accuracy;
 mod accuracy_json;
 mod assets;
+pub mod audit;
 mod convert;
+pub mod enrolment;
 mod events;
 mod frames;
 mod guard;
@@ -49,6 +56,7 @@ use tokio::net::TcpListener;
 use tower_http::trace::TraceLayer;
 
 use crate::service::Handle;
+use crate::tls::TlsListener;
 
 /// Where every address begins.
 pub const ROOT: &str = "/api/v1";
@@ -80,6 +88,11 @@ pub fn router(handle: Handle) -> Router {
         .route("/workers", get(workers::list))
         .route("/tokens", get(tokens::list).post(tokens::issue))
         .route("/tokens/{token}", delete(tokens::revoke))
+        .route("/audit", get(audit::show))
+        .route("/join-tokens", get(enrolment::joins).post(enrolment::create))
+        .route("/join-tokens/{token}", delete(enrolment::revoke_join))
+        .route("/enrolments", get(enrolment::workers))
+        .route("/enrolments/{worker}", delete(enrolment::revoke))
         .layer(middleware::from_fn_with_state(handle.clone(), relay::relay))
         .with_state(handle.clone());
     Router::new()
@@ -87,15 +100,19 @@ pub fn router(handle: Handle) -> Router {
         .route_layer(middleware::from_fn(guard::authorise))
         .fallback(guard::nowhere)
         .method_not_allowed_fallback(guard::no_method)
-        .layer(middleware::from_fn_with_state(handle, guard::identify))
-        .layer(middleware::from_fn(guard::local_only))
+        .layer(middleware::from_fn_with_state(handle.clone(), guard::identify))
+        .layer(middleware::from_fn_with_state(handle, guard::own_pages_only))
         .layer(TraceLayer::new_for_http())
 }
 
-/// Serves HTTP on `listener` until `shutdown` is ready; requests under way are finished first.
+/// Serves HTTP, over TLS if the service has it, on `listener` until `shutdown` is ready; requests under way are finished first.
 ///
 /// # Errors
 /// If the listener fails.
 pub async fn serve(listener: TcpListener, handle: Handle, shutdown: impl Future<Output = ()> + Send + 'static) -> std::io::Result<()> {
-    axum::serve(listener, router(handle)).with_graceful_shutdown(shutdown).await
+    let config = handle.secured().map(|secured| secured.http.clone());
+    match config {
+        Some(config) => axum::serve(TlsListener::start(listener, config)?, router(handle)).with_graceful_shutdown(shutdown).await,
+        None => axum::serve(listener, router(handle)).with_graceful_shutdown(shutdown).await,
+    }
 }

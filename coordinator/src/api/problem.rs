@@ -62,6 +62,18 @@ impl Problem {
         Self::new(StatusCode::UNAUTHORIZED, "unauthorised", "A token is needed", detail)
     }
 
+    /// 429: whoever asks does so too often.
+    pub fn too_often(seconds: f64) -> Self {
+        let detail = format!("too many requests; there is room for the next one in {seconds:.1} s");
+        Self::new(StatusCode::TOO_MANY_REQUESTS, "too-often", "Too many requests", detail)
+    }
+
+    /// 408: the request took too long.
+    pub fn too_slow(limit: std::time::Duration) -> Self {
+        let detail = format!("the request was not done within {} s", limit.as_secs());
+        Self::new(StatusCode::REQUEST_TIMEOUT, "too-slow", "The request took too long", detail)
+    }
+
     /// 503: who asks cannot be found out at the moment.
     pub fn unknown_for_now() -> Self {
         let detail = "the store of tokens does not answer; try again";
@@ -160,7 +172,7 @@ impl From<Error> for Problem {
     fn from(error: Error) -> Self {
         let detail = error.to_string();
         match error {
-            Error::NoJob(_) | Error::NoFrame { .. } | Error::NoToken(_) => Self::not_found(detail),
+            Error::NoJob(_) | Error::NoFrame { .. } | Error::NoToken(_) | Error::NoWorker(_) => Self::not_found(detail),
             Error::NotReady { .. } | Error::Over { .. } | Error::TokenReused { .. } => Self::conflict(detail),
             Error::Invalid { what, .. } => Self::field(what, detail),
             Error::Scene(fault) => fault.into(),
@@ -174,6 +186,8 @@ impl From<Error> for Problem {
             Error::Unowned { .. } => Self::unavailable(detail),
             Error::NotLoopback(_)
             | Error::Private(_)
+            | Error::Tls(_)
+            | Error::Oidc(_)
             | Error::Listen { .. }
             | Error::Io { .. }
             | Error::Transport(_)

@@ -40,7 +40,7 @@ pub(super) async fn relay(State(service): State<Handle>, request: Request, next:
         };
         let sent = std::mem::take(&mut body);
         tokio::select! {
-            answer = forward(&base, &parts, sent) => match answer {
+            answer = forward(&service, &base, &parts, sent) => match answer {
                 Ok(response) => return response,
                 // Nothing was done yet, or it does no harm to ask twice.
                 Err(_) if parts.method.is_safe() => tokio::time::sleep(LOOK).await,
@@ -78,7 +78,15 @@ fn job_of(path: &str) -> Option<JobId> {
     rest.split('/').next()?.parse().ok()
 }
 
-fn client() -> &'static reqwest::Client {
+/// Speaks to other coordinators.
+fn client(service: &Handle) -> &reqwest::Client {
+    if let Some(secured) = service.secured() {
+        return &secured.peers;
+    }
+    plain_client()
+}
+
+fn plain_client() -> &'static reqwest::Client {
     static CLIENT: OnceLock<reqwest::Client> = OnceLock::new();
     CLIENT.get_or_init(|| {
         crypto::provide();
@@ -86,14 +94,14 @@ fn client() -> &'static reqwest::Client {
     })
 }
 
-async fn forward(base: &str, parts: &Parts, body: Body) -> Result<Response, Problem> {
+async fn forward(service: &Handle, base: &str, parts: &Parts, body: Body) -> Result<Response, Problem> {
     // Within the nested routes an address has lost its root.
     let path = parts.uri.path_and_query().map_or("/", |path| path.as_str());
     let root = if path.starts_with(super::ROOT) { "" } else { super::ROOT };
     let target = format!("{}{root}{path}", base.trim_end_matches('/'));
     let mut headers = parts.headers.clone();
     NEIGHBOURLY.iter().for_each(|name| drop(headers.remove(name)));
-    let sent = client().request(parts.method.clone(), target).headers(headers).header(RELAYED, "1");
+    let sent = client(service).request(parts.method.clone(), target).headers(headers).header(RELAYED, "1");
     let sent = if parts.method.is_safe() { sent } else { sent.body(reqwest::Body::wrap_stream(body.into_data_stream())) };
     let answer = sent.send().await;
     let answer = answer.map_err(|fault| Problem::unavailable(format!("the coordinator that has this job does not answer: {fault}")))?;
@@ -120,7 +128,7 @@ pub(super) async fn job(service: &Handle, job: JobId, token: Option<&HeaderValue
 pub(super) async fn pages(service: &Handle, limit: usize, before: Option<JobId>, headers: &HeaderMap) -> Result<Vec<JobPage>, Problem> {
     let cursor = before.map_or_else(String::new, |before| format!("&cursor={before}"));
     let ask = |base: String| {
-        let mut request = client().get(format!("{}{}/jobs?limit={limit}{cursor}", base.trim_end_matches('/'), super::ROOT));
+        let mut request = client(service).get(format!("{}{}/jobs?limit={limit}{cursor}", base.trim_end_matches('/'), super::ROOT));
         if let Some(token) = headers.get(header::AUTHORIZATION) {
             request = request.header(header::AUTHORIZATION, token);
         }

@@ -52,6 +52,12 @@ pub const TABLE: &[Entry] = &[
     entry("GET", "/tokens", Role::Admin),
     entry("POST", "/tokens", Role::Admin),
     entry("DELETE", "/tokens/{token}", Role::Admin),
+    entry("GET", "/audit", Role::Admin),
+    entry("GET", "/join-tokens", Role::Admin),
+    entry("POST", "/join-tokens", Role::Admin),
+    entry("DELETE", "/join-tokens/{token}", Role::Admin),
+    entry("GET", "/enrolments", Role::Operator),
+    entry("DELETE", "/enrolments/{worker}", Role::Operator),
 ];
 
 /// What the table says of a method and a path below the root.

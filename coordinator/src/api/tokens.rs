@@ -108,6 +108,11 @@ pub(super) async fn issue(
     body: Result<Json<TokenRequest>, JsonRejection>,
 ) -> Result<Response, Problem> {
     let Json(asked) = body?;
+    if !asked.projects.is_empty() {
+        // A bound that nobody keeps is worse than none.
+        let detail = "tokens are good for all projects: whose job is whose is not asked of them; leave `projects` out";
+        return Err(Problem::field("projects", detail));
+    }
     let ttl = asked.ttl_seconds.map(|seconds| Duration::from_secs(seconds.into()));
     let new = NewToken { name: asked.name, role: asked.role, projects: asked.projects, ttl };
     let issued = service.gate().issue(new, &caller.name).await?;

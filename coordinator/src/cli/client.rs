@@ -29,15 +29,35 @@ pub(super) struct ServerOption {
     /// File with the token to show; GRADFARM_TOKEN may hold the token itself [default: DIR/token, if that folder is this coordinator's]
     #[arg(long, value_name = "FILE", env = "GRADFARM_TOKEN_FILE", help_heading = "Coordinator")]
     token_file: Option<PathBuf>,
+    /// Authority of the coordinator's certificate (PEM), for https:// [default: its own, if the folder is this coordinator's; otherwise the system's]
+    #[arg(long, value_name = "FILE", env = "GRADFARM_CA", help_heading = "Coordinator")]
+    ca: Option<PathBuf>,
 }
 
 /// A coordinator's address, without a slash at its end.
 fn url(text: &str) -> Result<String, String> {
     let url = reqwest::Url::parse(text).map_err(|fault| format!("{fault}, expected an address such as http://127.0.0.1:7700"))?;
-    if url.scheme() != "http" || url.host_str().is_none() {
-        return Err("expected an address that begins with http://, such as http://127.0.0.1:7700".to_owned());
+    let Some(host) = url.host_str() else { return Err("expected an address with a host, such as http://127.0.0.1:7700".to_owned()) };
+    let here = host == "localhost" || host.trim_matches(['[', ']']).parse::<std::net::IpAddr>().is_ok_and(|ip| ip.is_loopback());
+    match url.scheme() {
+        "https" => {}
+        "http" if here => {}
+        "http" => return Err(format!("{host} is not this machine, so expected an address that begins with https://: a token goes along")),
+        _ => {
+            return Err(
+                "expected an address that begins with https://, or http:// on this machine, such as http://127.0.0.1:7700".to_owned()
+            );
+        }
     }
     Ok(text.trim_end_matches('/').to_owned())
+}
+
+/// The certificates of a file.
+fn authorities(path: &Path) -> Result<Vec<reqwest::Certificate>, Error> {
+    let wrong = |fault: &dyn std::fmt::Display| Error::Usage(format!("authority {}: {fault}", path.display()));
+    let text = std::fs::read(path).map_err(|fault| wrong(&fault))?;
+    let read = reqwest::Certificate::from_pem_bundle(&text).map_err(|fault| wrong(&fault))?;
+    if read.is_empty() { Err(wrong(&"found no certificate, expected PEM")) } else { Ok(read) }
 }
 
 /// A coordinator at the other end of HTTP.
@@ -77,13 +97,17 @@ impl ServerOption {
                 ));
             }
         }
-        let http = reqwest::Client::builder()
+        let http = reqwest::Client::builder();
+        let http = match self.ca.clone().or_else(|| local_farm::authority(&self.data, &server)) {
+            Some(path) => http.tls_certs_only(authorities(&path)?),
+            None => http,
+        };
+        let http = http
             .default_headers(headers)
             // A token is for this coordinator, not for where it might point.
             .redirect(reqwest::redirect::Policy::none())
             .user_agent(concat!("gradfarm/", env!("CARGO_PKG_VERSION")))
             .connect_timeout(Duration::from_secs(5))
-            // Coordinators are on loopback: no proxy can reach ours.
             .no_proxy()
             .build();
         let http = http.map_err(|fault| Error::Failed(format!("cannot set up HTTP: {fault}")))?;
@@ -180,7 +204,8 @@ mod tests {
     #[test]
     fn addresses_are_checked_before_anything_is_sent() {
         assert_eq!(url("http://127.0.0.1:7700/").unwrap(), "http://127.0.0.1:7700");
-        for bad in ["", "127.0.0.1:7700", "https://127.0.0.1", "ftp://x"] {
+        assert_eq!(url("https://farm.example.org").unwrap(), "https://farm.example.org");
+        for bad in ["", "127.0.0.1:7700", "http://10.0.0.1:7700", "http://farm.example.org", "ftp://x"] {
             assert!(url(bad).is_err(), "{bad}");
         }
     }

@@ -12,16 +12,28 @@ const LARGEST: u64 = 64 << 10;
 
 /// The address that the coordinator of this folder wrote down, if there is one.
 pub(super) fn address(data: &Path) -> Option<String> {
+    Some(told(data)?["http"].as_str()?.to_owned())
+}
+
+/// The file with the authority of its certificate, if `server` is that coordinator and has one of its own.
+pub(super) fn authority(data: &Path, server: &str) -> Option<PathBuf> {
+    is_of(data, server).then(|| told(data)?["authority"].as_str().map(PathBuf::from)).flatten()
+}
+
+fn told(data: &Path) -> Option<Value> {
     let text = std::fs::read_to_string(data.join("address.json")).ok()?;
-    let told: Value = serde_json::from_str(&text).ok()?;
-    Some(told["http"].as_str()?.to_owned())
+    serde_json::from_str(&text).ok()
+}
+
+/// Whether an address is that of this folder's coordinator.
+fn is_of(data: &Path, server: &str) -> bool {
+    let same = |url: &str| url.replacen("//localhost:", "//127.0.0.1:", 1);
+    address(data).is_some_and(|its| same(&its) == same(server))
 }
 
 /// The token of this folder's coordinator, if `server` is that coordinator: no other one is shown it.
 pub(super) fn token(data: &Path, server: &str) -> Option<PathBuf> {
-    let its = address(data)?;
-    let same = |url: &str| url.replacen("//localhost:", "//127.0.0.1:", 1);
-    (same(&its) == same(server)).then(|| data.join(ADMIN_TOKEN)).filter(|path| path.is_file())
+    is_of(data, server).then(|| data.join(ADMIN_TOKEN)).filter(|path| path.is_file())
 }
 
 /// Reads a token from a file.

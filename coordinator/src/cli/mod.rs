@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. Commands check everything they can before they start to work.
 
 mod accuracy;
+mod audit;
 mod batch;
 mod cancel;
 mod client;
@@ -12,6 +13,7 @@ mod error;
 mod files;
 mod follow;
 mod import;
+mod join;
 mod local;
 mod local_farm;
 mod measured;
@@ -86,6 +88,12 @@ enum Command {
     Accuracy(accuracy::AccuracyCommand),
     /// Issue, list and revoke tokens
     Token(token::TokenCommand),
+    /// Issue, list and revoke the tokens with which workers on other machines join
+    JoinToken(join::JoinToken),
+    /// List the workers that have joined, or throw one out
+    Worker(join::WorkerCommand),
+    /// Tell who changed what
+    Audit(audit::AuditCommand),
     /// Measure how far one image is from another
     Compare(compare::Compare),
     /// Make an image of a primal and its gradients, such as another renderer's
@@ -136,6 +144,9 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Pull(command) => wait_for(command.run()),
         Command::Accuracy(command) => wait_for(command.run()),
         Command::Token(command) => wait_for(command.run()),
+        Command::JoinToken(command) => wait_for(command.run()),
+        Command::Worker(command) => wait_for(command.run()),
+        Command::Audit(command) => wait_for(command.run()),
         Command::Compare(command) => command.run(),
         Command::Reconstruct(command) => command.run(),
         Command::Plan(command) => command.run(),

@@ -12,7 +12,7 @@ use super::files::Target;
 use super::terminal;
 use crate::config::ServeConfig;
 use crate::embedded::{self, Farm};
-use crate::{access, api, service, telemetry};
+use crate::{access, api, service, telemetry, tls};
 
 /// Arguments of `gradfarm serve`.
 #[derive(Debug, clap::Args)]
@@ -25,7 +25,8 @@ much it tells, for example GRADFARM_LOG=debug.
 Examples:
   gradfarm serve
   gradfarm-worker --coordinator http://127.0.0.1:7781        # as often as you like
-  gradfarm serve --listen 127.0.0.1:0 --grpc 127.0.0.1:0 --data /tmp/farm --workers 2")]
+  gradfarm serve --listen 127.0.0.1:0 --grpc 127.0.0.1:0 --data /tmp/farm --workers 2
+  gradfarm serve --tls --listen 0.0.0.0:7700 --grpc 0.0.0.0:7781 --tls-name farm.example.org    # for other machines")]
 pub(super) struct Serve {
     #[command(flatten)]
     config: ServeConfig,
@@ -44,22 +45,25 @@ impl Serve {
 
 async fn serve(config: ServeConfig) -> Result<(), Error> {
     let failed = |fault: crate::error::Error| Error::Failed(fault.to_string());
-    let http = service::listen(config.listen).await.map_err(failed)?;
-    let grpc = service::listen(config.grpc).await.map_err(failed)?;
+    let tls = config.encryption().map_err(Error::Usage)?;
+    let http = service::listen_beyond_loopback(config.listen).await.map_err(failed)?;
+    let grpc = service::listen_beyond_loopback(config.grpc).await.map_err(failed)?;
     let address = http.local_addr().map_err(|fault| Error::Failed(fault.to_string()))?;
     let threads = embedded::threads(config.workers, config.threads);
     let service = service::Config {
         store: config.store.clone(),
         blobs: config.blobs.clone(),
-        http: format!("http://{address}"),
-        grpc: format!("http://{}", grpc.local_addr().map_err(|fault| Error::Failed(fault.to_string()))?),
+        http: config.reached_at(address),
+        grpc: config.reached_at(grpc.local_addr().map_err(|fault| Error::Failed(fault.to_string()))?),
         blob_grace: config.blob_grace,
         keep_jobs: config.keep_jobs,
+        tls: tls.clone(),
+        oidc: config.oidc.options(),
         ..service::Config::new(&config.data)
     };
     let mut farm = Farm::start(service, grpc, &threads).await.map_err(failed)?;
     access::hand_out(farm.handle().gate(), &config.data).await.map_err(failed)?;
-    announce(&config.data, address, farm.grpc())?;
+    announce(&config.data, address, farm.grpc(), tls.as_ref())?;
 
     let (stop, mut stopping) = watch::channel(false);
     let stopped = async move { drop(stopping.wait_for(|stop| *stop).await) };
@@ -80,11 +84,15 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
 }
 
 /// Tells where the coordinator is, to people and to programs that let it choose the ports.
-fn announce(data: &Path, http: SocketAddr, grpc: SocketAddr) -> Result<(), Error> {
-    let addresses = json!({ "http": format!("http://{http}"), "grpc": format!("http://{grpc}"), "pid": std::process::id() });
+fn announce(data: &Path, http: SocketAddr, grpc: SocketAddr, tls: Option<&tls::Options>) -> Result<(), Error> {
+    let [http, grpc] = [http, grpc].map(|address| embedded::url(address, tls.is_some()));
+    // Whoever is on this machine trusts the authority that our certificate is of; another one they must be told of.
+    let own = tls.filter(|options| options.given.is_none()).map(|options| std::path::absolute(options.authority.join("ca.pem")));
+    let authority = own.and_then(Result::ok);
+    let addresses = json!({ "http": http, "grpc": grpc, "authority": authority, "pid": std::process::id() });
     Target::check(&data.join("address.json"))?.write(format!("{addresses}\n").as_bytes())?;
-    terminal::line(format_args!("people   http://{http}{}", api::ROOT))?;
-    terminal::line(format_args!("workers  gradfarm-worker --coordinator http://{grpc}"))?;
+    terminal::line(format_args!("people   {http}{}", api::ROOT))?;
+    terminal::line(format_args!("workers  gradfarm-worker --coordinator {grpc}{}", if tls.is_some() { " --join FILE" } else { "" }))?;
     terminal::line(format_args!(
         "tokens   {} and {}, for this user on this machine",
         data.join(access::ADMIN_TOKEN).display(),

@@ -43,11 +43,8 @@ struct Create {
     /// What it allows: viewer, submitter, operator, admin; or worker, over the workers' port of the coordinator's machine
     #[arg(long)]
     role: Role,
-    /// A project that it is for; may be given several times [default: all projects]
-    #[arg(long = "project", value_name = "PROJECT")]
-    projects: Vec<String>,
     /// How long it is good, such as 12h or 90d [default: until it is revoked]
-    #[arg(long, value_name = "TIME", value_parser = span::parse)]
+    #[arg(long, value_name = "TIME", value_parser = crate::config::span)]
     ttl: Option<std::time::Duration>,
     /// Write it to a new file that only you can read, instead of printing it
     #[arg(short, long, value_name = "FILE")]
@@ -88,7 +85,7 @@ impl Create {
     async fn run(self) -> Result<(), Error> {
         let client = self.server.client()?;
         let ttl_seconds = self.ttl.map(|ttl| u32::try_from(ttl.as_secs()).unwrap_or(u32::MAX));
-        let asked = TokenRequest { name: self.name, role: self.role, projects: self.projects, ttl_seconds };
+        let asked = TokenRequest { name: self.name, role: self.role, projects: Vec::new(), ttl_seconds };
         if let Some(path) = self.output.as_ref().filter(|path| path.exists()) {
             return Err(Error::Usage(format!("{} is there already", path.display())));
         }

@@ -3,6 +3,7 @@
 mod admission;
 mod assets;
 mod deliver;
+mod enrolment;
 mod work;
 
 use std::pin::Pin;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures::Stream;
+use gradfarm_proto::v1::enrolment_server::EnrolmentServer;
 use gradfarm_proto::v1::farm_server::{Farm, FarmServer};
 use gradfarm_proto::{limits, v1};
 use tokio::net::TcpListener;
@@ -19,28 +21,42 @@ use tonic::{Request, Response, Status, Streaming};
 
 use crate::error::Error;
 use crate::service::Handle;
+use crate::tls::TlsListener;
+use enrolment::EnrolmentService;
 
 /// How often a silent connection is asked whether it still lives, and how long it may take to answer.
 const KEEP_ALIVE: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(10));
 
-/// Serves workers until `stop` is ready and their streams have ended.
+/// Largest message about a certificate [bytes]: nobody is known yet who sends one.
+const ENROLMENT: usize = 64 << 10;
+
+/// Serves workers, over TLS if the service has it, until `stop` is ready and their streams have ended.
 ///
 /// # Errors
 /// If the listener fails.
 pub(crate) async fn serve(listener: TcpListener, handle: Handle, stop: impl Future<Output = ()>) -> Result<(), Error> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let secured = handle.secured().map(|secured| secured.grpc.clone());
+    let enrolment = EnrolmentServer::new(EnrolmentService { handle: handle.clone() }).max_decoding_message_size(ENROLMENT);
     let service = FarmServer::new(FarmService { handle, checks: Arc::new(Semaphore::new(cores)) })
         .max_decoding_message_size(limits::MESSAGE)
         .max_encoding_message_size(limits::MESSAGE);
-    tonic::transport::Server::builder()
+    let server = tonic::transport::Server::builder()
         .initial_stream_window_size(limits::WINDOWS.0)
         .initial_connection_window_size(limits::WINDOWS.1)
         .http2_keepalive_interval(Some(KEEP_ALIVE.0))
         .http2_keepalive_timeout(Some(KEEP_ALIVE.1))
         .tcp_nodelay(true)
         .add_service(service)
-        .serve_with_incoming_shutdown(TcpListenerStream::new(listener), stop)
-        .await?;
+        .add_service(enrolment);
+    match secured {
+        Some(config) => {
+            let io = |source| Error::Io { what: "listener for workers".into(), source };
+            let listener = TlsListener::start(listener, config).map_err(io)?;
+            server.serve_with_incoming_shutdown(listener, stop).await?;
+        }
+        None => server.serve_with_incoming_shutdown(TcpListenerStream::new(listener), stop).await?,
+    }
     Ok(())
 }
 

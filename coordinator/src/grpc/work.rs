@@ -8,7 +8,7 @@ use gradfarm_proto::v1::worker_message::Message;
 use gradfarm_proto::{Digest, limits, v1, version};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
-use tonic::{Status, Streaming};
+use tonic::{Code, Status, Streaming};
 
 use super::admission::Peer;
 use super::{Messages, status};
@@ -18,6 +18,8 @@ use crate::service::command::{Command, Hello, SessionKey};
 
 /// How long a worker may take to say hello.
 const HELLO: Duration = Duration::from_secs(10);
+/// How often it is looked whether a worker is still let in.
+const STANDING: Duration = Duration::from_secs(1);
 /// Messages that may wait for a worker to read them.
 const OUTBOX: usize = 1024;
 /// Longest name of a worker, and of its version [bytes].
@@ -40,13 +42,28 @@ pub(super) async fn work(
     let connect = |reply| Command::Connect { hello: Box::new(hello), outbox, reply };
     let key = handle.ask(connect).await.map_err(status)?;
     tokio::spawn(async move {
-        if let Err(problem) = forward(&handle, key, &mut inbox).await {
+        let ended = tokio::select! {
+            ended = forward(&handle, key, &mut inbox) => ended,
+            ended = thrown_out(&handle, &peer) => Err(ended),
+        };
+        if let Err(problem) = ended {
             tracing::debug!(worker = %key.worker, %problem, "worker's stream broke");
         }
         // If the loop is gone there is nobody to tell.
         let _stopped = handle.tell(Command::Disconnect { from: key }).await;
     });
     Ok(ReceiverStream::new(messages).map(Ok).boxed())
+}
+
+/// Ready when this caller would not be let in any more: revoked, or its certificate is over.
+async fn thrown_out(handle: &Handle, peer: &Peer) -> Status {
+    loop {
+        tokio::time::sleep(STANDING).await;
+        match peer.still(handle).await {
+            Err(refusal) if refusal.code() != Code::Unavailable => return refusal,
+            _ => {}
+        }
+    }
 }
 
 fn read_hello(hello: v1::Hello) -> Result<Hello, Status> {

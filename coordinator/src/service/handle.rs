@@ -21,6 +21,7 @@ use crate::clock::Clock;
 use crate::error::Error;
 use crate::job::{FileKind, JobId};
 use crate::store::{Blobs, Store};
+use crate::tls::Secured;
 
 /// Speaks to a running service; cheap to clone. Every method fails with [`Error::Stopped`] once the service has stopped.
 #[derive(Clone, Debug)]
@@ -30,9 +31,15 @@ pub struct Handle {
     pub(super) store: Arc<dyn Store>,
     pub(super) clock: Clock,
     pub(super) gate: Arc<Gate>,
+    pub(super) secured: Option<Arc<Secured>>,
 }
 
 impl Handle {
+    /// Encryption and the register of workers, if the service speaks TLS.
+    pub fn secured(&self) -> Option<&Secured> {
+        self.secured.as_deref()
+    }
+
     /// Knows who may do what.
     pub fn gate(&self) -> &Gate {
         &self.gate

@@ -30,7 +30,7 @@ pub use handle::Handle;
 pub use submission::{Frames, Submission};
 pub use view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView, WorkerView};
 
-use crate::access::Gate;
+use crate::access::{Gate, OidcOptions};
 use crate::assemble::Workshop;
 use crate::clock::Clock;
 use crate::error::Error;
@@ -38,6 +38,7 @@ use crate::grpc;
 pub use crate::job::Seconds;
 use crate::job::{Errand, JobId};
 use crate::store::{BlobUri, GRACE as GRACE_OF_BLOBS, Presence, StoreUri};
+use crate::tls::{self, Secured};
 use command::Command;
 use dispatch::Dispatcher;
 use sweep::Sweeper;
@@ -66,6 +67,10 @@ pub struct Config {
     pub keep_jobs: Option<Duration>,
     /// Whether what is acknowledged must survive a power cut. Off only for jobs that nobody would resume.
     pub durable: bool,
+    /// Encryption of both ports; without it nothing listens beyond loopback.
+    pub tls: Option<tls::Options>,
+    /// An identity provider whose tokens are taken besides our own.
+    pub oidc: Option<OidcOptions>,
     /// How often workers must be heard.
     pub heartbeat: Duration,
     /// How long a lease lives without a heartbeat.
@@ -84,6 +89,8 @@ impl Config {
             blob_grace: GRACE_OF_BLOBS,
             keep_jobs: None,
             durable: true,
+            tls: None,
+            oidc: None,
             heartbeat: Duration::from_secs(3),
             lease_ttl: Duration::from_secs(15),
         }
@@ -98,6 +105,14 @@ pub async fn listen(address: SocketAddr) -> Result<TcpListener, Error> {
     if !address.ip().is_loopback() {
         return Err(Error::NotLoopback(address));
     }
+    listen_beyond_loopback(address).await
+}
+
+/// Binds a listener on any address, for a service with [`Config::tls`]; without that it will not [`run`](Service::run) on others than loopback.
+///
+/// # Errors
+/// If the address cannot be bound.
+pub async fn listen_beyond_loopback(address: SocketAddr) -> Result<TcpListener, Error> {
     TcpListener::bind(address).await.map_err(|source| Error::Listen { address, source })
 }
 
@@ -132,8 +147,13 @@ impl Service {
         let presence = Presence { place: place(&config.state).map_err(io)?, http: config.http, grpc: config.grpc };
         let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable, &presence).await?;
         let (sender, commands) = mpsc::channel(QUEUE);
-        let gate = Arc::new(Gate::new(store.clone()));
-        let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new(), gate };
+        let gate = Gate::new(store.clone());
+        let gate = Arc::new(match config.oidc.clone() {
+            Some(options) => gate.with_oidc(options)?,
+            None => gate,
+        });
+        let secured = config.tls.as_ref().map(|options| Secured::open(options, store.clone())).transpose()?.map(Arc::new);
+        let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new(), gate, secured };
         let commands_of_all = handle.commands.downgrade();
         let workshop = Workshop::new(commands_of_all.clone(), store.clone(), blobs.clone());
         let (grace, keep_jobs) = (config.blob_grace, config.keep_jobs);
@@ -152,11 +172,11 @@ impl Service {
     /// the next run.
     ///
     /// # Errors
-    /// If the state can no longer be written, or the listener fails or is not on loopback.
+    /// If the state can no longer be written, or the listener fails or is beyond loopback without TLS.
     pub async fn run(self, listener: TcpListener, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
         let Self { handle, commands, dispatcher, pending, sweeper, _lock } = self;
         let address = listener.local_addr().map_err(|source| Error::Io { what: "listener".into(), source })?;
-        if !address.ip().is_loopback() {
+        if !address.ip().is_loopback() && handle.secured().is_none() {
             return Err(Error::NotLoopback(address));
         }
         let (stop, stopping) = watch::channel(false);

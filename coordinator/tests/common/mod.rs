@@ -113,8 +113,13 @@ pub struct Server {
 
 impl Server {
     pub fn start(workers: u32) -> Self {
+        Self::start_with(workers, &[])
+    }
+
+    /// The same with more arguments.
+    pub fn start_with(workers: u32, more: &[&str]) -> Self {
         let data = tempfile::tempdir().unwrap();
-        let (child, http, grpc) = launch(data.path(), workers);
+        let (child, http, grpc) = launch(data.path(), workers, more);
         Self { child, http, grpc, data }
     }
 
@@ -123,7 +128,7 @@ impl Server {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
         std::fs::remove_file(self.data.path().join("address.json")).unwrap();
-        (self.child, self.http, self.grpc) = launch(self.data.path(), workers);
+        (self.child, self.http, self.grpc) = launch(self.data.path(), workers, &[]);
     }
 
     /// The administrator's token.
@@ -160,10 +165,13 @@ pub fn client_with(token: Option<&str>) -> reqwest::Client {
     client.default_headers(headers.into_iter().collect()).build().unwrap()
 }
 
-fn launch(data: &Path, workers: u32) -> (Child, String, String) {
+fn launch(data: &Path, workers: u32, more: &[&str]) -> (Child, String, String) {
+    let listen: &[&str] = if more.contains(&"--listen") { &[] } else { &["--listen", "127.0.0.1:0"] };
     let mut child = gradfarm()
-        .args(["serve", "--listen", "127.0.0.1:0", "--grpc", "127.0.0.1:0", "--threads", "1", "--workers", &workers.to_string(), "--data"])
+        .args(["serve", "--grpc", "127.0.0.1:0", "--threads", "1", "--workers", &workers.to_string(), "--data"])
         .arg(data)
+        .args(listen)
+        .args(more)
         .env("GRADFARM_LOG", "warn")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
