@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::access::OidcOptions;
 use crate::embedded;
+use crate::service::{LimitRule, ProjectRule, Rules};
 use crate::store::{BlobUri, StoreUri};
 use crate::tls;
 
@@ -34,6 +35,16 @@ pub struct ServeConfig {
     /// How long to keep jobs that are over and their images, such as 12h or 30d [default: for ever]
     #[arg(long, value_name = "TIME", env = "GRADFARM_KEEP_JOBS", value_parser = span)]
     pub keep_jobs: Option<Duration>,
+    /// Weight of a project in sharing the farm, and its quota of leases: NAME=WEIGHT or NAME=WEIGHT/LEASES. Can be given more than once; projects without a
+    /// rule weigh 1
+    #[arg(long = "project", value_name = "NAME=WEIGHT", env = "GRADFARM_PROJECTS", value_delimiter = ',')]
+    pub projects: Vec<ProjectRule>,
+    /// A named limit, such as licence=20: at most so many leases at once of all jobs that name it. Can be given more than once
+    #[arg(long = "limit", value_name = "NAME=LEASES", env = "GRADFARM_LIMITS", value_delimiter = ',')]
+    pub limits: Vec<LimitRule>,
+    /// Share of the units that are rendered by two workers and compared, 0 to 1, for jobs that do not ask for another one
+    #[arg(long, value_name = "SHARE", env = "GRADFARM_VERIFY", default_value_t = 0.0, value_parser = share)]
+    pub verify: f64,
     /// Workers to start in this process
     #[arg(long, value_name = "N", env = "GRADFARM_WORKERS", default_value_t = 0,
           value_parser = clap::value_parser!(u16).range(0..=i64::from(embedded::WORKERS_MOST)))]
@@ -138,6 +149,22 @@ impl ServeConfig {
             None => embedded::url(address, encrypted),
         }
     }
+}
+
+impl ServeConfig {
+    /// What the operator decided about the farm as a whole.
+    pub fn rules(&self) -> Rules {
+        Rules::of(&self.projects, &self.limits, self.verify)
+    }
+}
+
+/// A share of units.
+///
+/// # Errors
+/// What is expected.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    let share: Option<f64> = text.parse().ok();
+    share.filter(|share| (0.0..=1.0).contains(share)).ok_or_else(|| "expected a share from 0 to 1, such as 0.01".to_owned())
 }
 
 /// An address and a port. Names are not resolved: what a name means can change after it was checked.

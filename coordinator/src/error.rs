@@ -48,6 +48,9 @@ pub enum Error {
         /// Its state.
         state: &'static str,
     },
+    /// There is nothing to try again.
+    #[error("nothing of job {0} failed, so there is nothing to try again")]
+    NothingFailed(JobId),
     /// Something in a submission is outside its range.
     #[error("{what} is {found}, expected {expected}")]
     Invalid {

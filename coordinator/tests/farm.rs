@@ -85,6 +85,9 @@ fn submission(tile: u32) -> Submission {
         frames: Frames::default(),
         priority: 0,
         client_token: None,
+        needs: Default::default(),
+        verify: None,
+        paused: false,
     }
 }
 

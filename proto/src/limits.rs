@@ -24,6 +24,10 @@ pub const SAMPLES: u32 = 1 << 30;
 pub const LEASES: usize = 4096;
 /// Most reasons in a plan, and most counters in a block.
 pub const LINES: usize = 256;
+/// Most tags of a worker, and of what a job asks for.
+pub const TAGS: usize = 64;
+/// Longest name of a pool, a tag, a project or a limit [bytes].
+pub const TAG: usize = 64;
 /// Longest reason in a plan or for a failure [bytes].
 pub const TEXT: usize = 4096;
 /// HTTP/2 flow-control window of one stream and of one connection [bytes].

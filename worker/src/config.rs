@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use gradfarm_proto::limits;
+
 use crate::credential::Credential;
 use crate::error::Error;
 
@@ -31,6 +33,12 @@ pub struct Config {
     pub cache_bytes: u64,
     /// Most compiled scenes kept in memory, ≥ 1.
     pub scenes: usize,
+    /// Its pool; empty: none.
+    pub pool: String,
+    /// What else it is, for jobs that ask for it.
+    pub tags: Vec<String>,
+    /// Memory that it may use [bytes]; 0: it does not say.
+    pub memory: u64,
 }
 
 impl Config {
@@ -46,6 +54,9 @@ impl Config {
             cache: None,
             cache_bytes: 32 << 30,
             scenes: 2,
+            pool: String::new(),
+            tags: Vec::new(),
+            memory: 0,
         }
     }
 
@@ -56,6 +67,16 @@ impl Config {
         }
         if !(1..=THREADS).contains(&self.threads) {
             return invalid("threads", self.threads.to_string(), format!("1 to {THREADS}"));
+        }
+        if self.tags.len() > limits::TAGS {
+            return invalid("tags", self.tags.len().to_string(), format!("at most {}", limits::TAGS));
+        }
+        for (what, name) in self.tags.iter().map(|tag| ("tag", tag)).chain((!self.pool.is_empty()).then_some(("pool", &self.pool))) {
+            let good = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+            if name.is_empty() || name.len() > limits::TAG || !name.chars().all(good) {
+                let expected = format!("1 to {} letters, digits, dots, dashes and underscores", limits::TAG);
+                return invalid(what, format!("{name:?}"), expected);
+            }
         }
         if self.scenes == 0 {
             return invalid("scenes", "0".into(), "1 or more".into());

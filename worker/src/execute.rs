@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Instant;
 
 use gradfarm_core::plan::{Plan, TileGuide, WorkUnit};
-use gradfarm_core::render::{render_guided, render_unit};
+use gradfarm_core::render::{Watch, render_watched};
 use gradfarm_core::scene::Exposure;
 use gradfarm_proto::block::{self, EncodedBlock};
 use gradfarm_proto::convert::LeaseName;
@@ -27,6 +27,7 @@ pub(crate) struct Task {
     pub(crate) exposure: Arc<Exposure>,
     /// Who is told what becomes of it.
     pub(crate) reports: UnboundedSender<Report>,
+    pub(crate) watch: Arc<Watch>,
 }
 
 /// What a rendering thread reports.
@@ -130,12 +131,11 @@ fn work(shared: &Shared) {
         }
         let start = Instant::now();
         // `render_unit` keeps nothing between calls, so a panic leaves nothing half done behind.
-        let rendered = catch_unwind(AssertUnwindSafe(|| match &task.guide {
-            Some(guide) => render_guided(&*task.exposure, &task.plan, &task.unit, guide),
-            None => render_unit(&*task.exposure, &task.plan, &task.unit),
-        }));
+        let rendered =
+            catch_unwind(AssertUnwindSafe(|| render_watched(&*task.exposure, &task.plan, &task.unit, task.guide.as_deref(), &task.watch)));
         let render_seconds = start.elapsed().as_secs_f64();
         let outcome = match rendered {
+            Ok(_) if task.watch.is_stopped() => Err("it was told to stop".to_owned()),
             Ok(block) => block::encode(&block).map_err(|error| format!("encoding the block: {error}")),
             Err(panic) => Err(format!("rendering panicked: {}", words(panic.as_ref()))),
         };

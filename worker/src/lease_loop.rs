@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use gradfarm_core::plan::{Plan, TileGuide, WorkUnit};
+use gradfarm_core::render::Watch;
 use gradfarm_core::scene::Exposure;
 use gradfarm_proto::convert::{ConvertError, LeaseName, lease_ref, tile_guide, uuid};
 use gradfarm_proto::v1::coordinator_message::Message as Told;
@@ -48,6 +49,7 @@ struct Held {
     guide: Option<Arc<TileGuide>>,
     plan: Arc<Plan>,
     manifest: Digest,
+    watch: Arc<Watch>,
     load_seconds: f64,
     compile_seconds: f64,
     delivery: Option<tokio::task::AbortHandle>,
@@ -143,7 +145,8 @@ impl Loop {
                     if self.outbox.is_none() {
                         self.crew.set_orphans(self.own, self.held.keys().copied());
                     }
-                    self.say(Say::Heartbeat(v1::Heartbeat { held: self.names(), scenes: self.scene_names() })).await;
+                    let beat = v1::Heartbeat { held: self.names(), scenes: self.scene_names(), progress: self.progress() };
+                    self.say(Say::Heartbeat(beat)).await;
                 }
                 Some(report) = reports.recv() => self.hear(report).await,
                 Some(Ok(done)) = self.tasks.join_next() => self.complete(done).await,
@@ -190,11 +193,20 @@ impl Loop {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             held: self.names(),
             scenes: self.scene_names(),
+            pool: self.config.pool.clone(),
+            tags: self.config.tags.clone(),
+            memory_bytes: self.config.memory,
         }
     }
 
     fn names(&self) -> Vec<v1::LeaseRef> {
         self.held.keys().copied().chain(self.crew.orphans(self.own)).map(Into::into).collect()
+    }
+
+    /// How far the units are that are being rendered.
+    fn progress(&self) -> Vec<v1::LeaseProgress> {
+        let running = self.held.iter().filter(|(_, held)| held.stage == Stage::Running);
+        running.map(|(lease, held)| v1::LeaseProgress { lease: Some((*lease).into()), samples: held.watch.samples() }).collect()
     }
 
     fn scene_names(&self) -> Vec<Bytes> {
@@ -274,7 +286,15 @@ impl Loop {
         if let Some(held) = self.held.get_mut(&lease) {
             held.stage = Stage::Queued;
             let reports = self.reporter.clone();
-            self.crew.pool.push(Task { reports, lease, unit: held.unit, guide: held.guide.clone(), plan: held.plan.clone(), exposure });
+            self.crew.pool.push(Task {
+                reports,
+                lease,
+                unit: held.unit,
+                guide: held.guide.clone(),
+                plan: held.plan.clone(),
+                exposure,
+                watch: held.watch.clone(),
+            });
         }
     }
 
@@ -344,7 +364,10 @@ impl Loop {
 
     fn drop_lease(&mut self, lease: LeaseName) {
         self.crew.pool.remove(lease);
-        if let Some(delivery) = self.held.remove(&lease).and_then(|held| held.delivery) {
+        let Some(held) = self.held.remove(&lease) else { return };
+        // A thread that is at it is free for something else from the next pixel on.
+        held.watch.stop();
+        if let Some(delivery) = held.delivery {
             delivery.abort();
         }
     }
@@ -372,7 +395,17 @@ fn read(grant: v1::Grant) -> Result<Vec<(LeaseName, Held)>, ConvertError> {
         let unit = WorkUnit::try_from(message.unit.ok_or(ConvertError::Missing { field: "grant.leases.unit" })?)?;
         let guide = message.guide.map(|guide| tile_guide(guide, unit.tile)).transpose()?.map(Arc::new);
         let (manifest, plan) = jobs.get(&lease.job).cloned().ok_or(ConvertError::Missing { field: "grant.jobs" })?;
-        let held = Held { stage: Stage::Waiting, unit, guide, plan, manifest, load_seconds: 0.0, compile_seconds: 0.0, delivery: None };
+        let held = Held {
+            stage: Stage::Waiting,
+            unit,
+            guide,
+            plan,
+            manifest,
+            watch: Arc::default(),
+            load_seconds: 0.0,
+            compile_seconds: 0.0,
+            delivery: None,
+        };
         leases.push((lease, held));
     }
     Ok(leases)

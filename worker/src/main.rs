@@ -59,6 +59,15 @@ struct Arguments {
     /// Compiled scenes to keep in memory.
     #[arg(long, value_name = "N", default_value_t = 2)]
     scenes: usize,
+    /// Pool that it belongs to; jobs may ask for workers of certain pools.
+    #[arg(long, value_name = "NAME", env = "GRADFARM_POOL", default_value = "")]
+    pool: String,
+    /// What else it is, such as gpu or big; jobs may ask for it. Can be given more than once.
+    #[arg(long = "tag", value_name = "NAME", env = "GRADFARM_TAGS", value_delimiter = ',')]
+    tags: Vec<String>,
+    /// Memory that it may use, such as 8G; jobs may ask for so much [default: that of this machine].
+    #[arg(long, value_name = "SIZE", env = "GRADFARM_MEMORY", value_parser = memory)]
+    memory: Option<u64>,
     /// Name for people [default: host name and process number].
     #[arg(long, value_name = "NAME", env = "GRADFARM_NAME")]
     name: Option<String>,
@@ -105,6 +114,8 @@ async fn start(arguments: Arguments) -> anyhow::Result<()> {
     config.cache_bytes = u64::from(arguments.cache_size) << 30;
     config.others = coordinators.collect();
     config.scenes = arguments.scenes;
+    (config.pool, config.tags) = (arguments.pool, arguments.tags);
+    config.memory = arguments.memory.unwrap_or_else(memory_of_this_machine);
     tracing::info!(name = %config.name, threads, coordinator = %config.coordinator, others = ?config.others, cache = ?config.cache, "worker starts");
     let told = stop_signal()?;
     gradfarm_worker::run(config, told).await?;
@@ -131,6 +142,28 @@ fn credential(arguments: &Arguments) -> anyhow::Result<Credential> {
 fn default_state() -> Option<PathBuf> {
     let base = std::env::var_os("XDG_STATE_HOME").map(PathBuf::from);
     base.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state"))).map(|base| base.join("gradfarm-worker"))
+}
+
+/// An amount of memory: a whole number with K, M, G or T for powers of 1024, or nothing for bytes.
+fn memory(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let power = match text[digits.len()..].to_ascii_uppercase().trim_end_matches("IB").trim_end_matches('B') {
+        "" => 0,
+        "K" => 1,
+        "M" => 2,
+        "G" => 3,
+        "T" => 4,
+        _ => return Err("expected a size such as 512M or 8G".to_owned()),
+    };
+    let amount: Option<u64> = digits.parse().ok();
+    amount.and_then(|amount| amount.checked_mul(1 << (10 * power))).ok_or_else(|| "expected a size such as 512M or 8G".to_owned())
+}
+
+/// All memory that there is, where the system tells [bytes]; else 0.
+fn memory_of_this_machine() -> u64 {
+    let told = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let line = told.lines().find_map(|line| line.strip_prefix("MemTotal:")?.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+    line.unwrap_or(0) << 10
 }
 
 fn default_name() -> String {

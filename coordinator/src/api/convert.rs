@@ -64,6 +64,7 @@ impl From<JobSummary> for json::JobSummary {
             finished_ms: job.finished.map(|time| time.millis()),
             frames_done: job.frames.done,
             frames_total: job.frames.total,
+            failed_units: job.failed_units,
             progress: json::Progress { units: job.units.into(), samples: job.samples.into() },
         }
     }
@@ -77,6 +78,8 @@ impl From<JobView> for json::Job {
             plan: (&job.plan).into(),
             scene: job.scene.to_string(),
             tile: job.tile,
+            needs: job.needs.into(),
+            waiting: job.waiting.as_ref().map(Into::into),
             frames: job.frames.iter().map(|frame| json::Frame::of(id, frame)).collect(),
             windows: job.windows.into_iter().map(Into::into).collect(),
             seconds: job.seconds.into(),
@@ -94,7 +97,15 @@ impl From<WindowView> for json::Window {
 impl From<TileView> for json::Tile {
     fn from(view: TileView) -> Self {
         let tile = view.tile;
-        Self { x: tile.x, y: tile.y, width: tile.width, height: tile.height, units: view.units.into(), leased: view.leased }
+        Self {
+            x: tile.x,
+            y: tile.y,
+            width: tile.width,
+            height: tile.height,
+            units: view.units.into(),
+            leased: view.leased,
+            failed: view.failed,
+        }
     }
 }
 
@@ -105,12 +116,16 @@ impl From<WorkerView> for json::Worker {
             name: worker.name,
             version: worker.version,
             threads: worker.threads,
+            pool: worker.capabilities.pool,
+            tags: worker.capabilities.tags.into_iter().collect(),
+            memory: worker.capabilities.memory,
             connected_ms: worker.connected.millis(),
             heard_ms: worker.heard.millis(),
             leases: worker.leases,
             delivered: worker.delivered,
             failed: worker.failed,
             set_aside_until_ms: worker.set_aside_until.map(|time| time.millis()),
+            lies: worker.lies,
         }
     }
 }
@@ -135,7 +150,9 @@ impl json::Frame {
     pub(super) fn of(job: JobId, frame: &FrameView) -> Self {
         let files: BTreeMap<String, String> = match frame.state {
             FrameState::Done => FileKind::ALL.iter().map(|kind| (kind.name().to_owned(), file_address(job, frame.number, *kind))).collect(),
-            FrameState::Waiting | FrameState::Rendering | FrameState::Rendered | FrameState::Assembling => BTreeMap::new(),
+            FrameState::Waiting | FrameState::Rendering | FrameState::Rendered | FrameState::Assembling | FrameState::Failed => {
+                BTreeMap::new()
+            }
         };
         Self {
             number: frame.number,
@@ -148,6 +165,9 @@ impl json::Frame {
             samples_per_pixel: frame.samples_per_pixel,
             stopped: frame.stopped.map(|reason| reason.name().to_owned()),
             error: frame.error.map(Into::into),
+            failed: frame.failed.iter().map(Into::into).collect(),
+            suspect_units: u64::from(frame.suspect_units),
+            failure: frame.failure.clone(),
             statistics: frame.statistics.by_name(),
             files,
         }

@@ -8,15 +8,27 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 
-use super::json::{Job, JobPage};
+use super::json::{DryRun, Job, JobPage};
 use super::problem::Problem;
 use super::{relay, submission};
 use crate::error::Error;
 use crate::job::JobId;
 use crate::service::Handle;
 
-/// `POST /jobs`: JSON or a form, told apart by the content type. Once this answers 201, the job survives a crash.
-pub(super) async fn submit(State(service): State<Handle>, request: Request) -> Result<Response, Problem> {
+/// How to submit.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct How {
+    dry_run: bool,
+}
+
+/// `POST /jobs`, with `?dry_run=true` to be checked only: JSON or a form, told apart by the content type. Once this answers 201, the job survives a crash.
+pub(super) async fn submit(
+    State(service): State<Handle>,
+    how: Result<Query<How>, QueryRejection>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let Query(How { dry_run }) = how?;
     let token = request.headers().get(header::AUTHORIZATION).cloned();
     let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let submission = match content_type.split(';').next().unwrap_or_default().trim() {
@@ -35,6 +47,9 @@ pub(super) async fn submit(State(service): State<Handle>, request: Request) -> R
             return Err(Problem::media_type(detail));
         }
     };
+    if dry_run {
+        return Ok(Json(DryRun::from(service.dry_run(submission).await?)).into_response());
+    }
     let id = service.submit(submission).await?;
     let job = match service.get(id).await {
         // Its token was used before, at another coordinator.
@@ -106,6 +121,40 @@ pub(super) async fn pause(State(service): State<Handle>, Path(job): Path<String>
 pub(super) async fn resume(State(service): State<Handle>, Path(job): Path<String>) -> Result<Json<Job>, Problem> {
     let job = parse(&job)?;
     service.resume(job).await?;
+    Ok(Json(service.get(job).await?.into()))
+}
+
+/// What may be changed of a job.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Changes {
+    priority: i32,
+}
+
+/// `PATCH /jobs/{job}`: changes its priority. Answers with the job as it then stands.
+pub(super) async fn change(State(service): State<Handle>, Path(job): Path<String>, body: Bytes) -> Result<Json<Job>, Problem> {
+    let job = parse(&job)?;
+    let changes: Changes = serde_json::from_slice(&body).map_err(|fault| Problem::malformed(fault.to_string()))?;
+    service.prioritise(job, changes.priority).await?;
+    Ok(Json(service.get(job).await?.into()))
+}
+
+/// What is tried again.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Retry {
+    frame: Option<u32>,
+}
+
+/// `POST /jobs/{job}/retry`: what failed is tried again, in one frame or, without a body, in all. Answers with the job as it then stands.
+pub(super) async fn retry(State(service): State<Handle>, Path(job): Path<String>, body: Bytes) -> Result<Json<Job>, Problem> {
+    let job = parse(&job)?;
+    let what: Retry = if body.is_empty() {
+        Retry::default()
+    } else {
+        serde_json::from_slice(&body).map_err(|fault| Problem::malformed(fault.to_string()))?
+    };
+    service.retry(job, what.frame).await?;
     Ok(Json(service.get(job).await?.into()))
 }
 

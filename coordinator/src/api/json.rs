@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use super::accuracy_json::{Accuracy, AccuracyCost, AccuracyFit, AccuracyPoint, AccuracyPrice};
+pub use super::schedule_json::{Attempt, DryRun, FailedUnit, Needs, Waiting};
 
 /// So much of so much.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,6 +58,9 @@ pub struct JobSummary {
     pub frames_done: u64,
     /// Frames.
     pub frames_total: u64,
+    /// Units that were given up: frames are made without them.
+    #[serde(default)]
+    pub failed_units: u64,
     /// How far it has come.
     pub progress: Progress,
 }
@@ -95,6 +99,12 @@ pub struct Job {
     pub scene: String,
     /// Edge of the tiles [pixels].
     pub tile: u32,
+    /// What it asks of the farm.
+    #[serde(default)]
+    pub needs: Needs,
+    /// Why it gets no worker at this moment, if it waits for one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waiting: Option<Waiting>,
     /// Its frames, in order.
     pub frames: Vec<Frame>,
     /// Its windows, in order, where frames are reconstructed together.
@@ -214,7 +224,7 @@ pub struct Frame {
     /// The frames that show the same image; what is told of one of them holds for all.
     #[serde(default)]
     pub moment: Option<Moment>,
-    /// `waiting`, `rendering`, `rendered` (it waits for windows), `assembling` or `done`.
+    /// `waiting`, `rendering`, `rendered` (it waits for windows), `assembling`, `done` or `failed`.
     pub state: String,
     /// How far it has come.
     pub progress: Progress,
@@ -230,6 +240,15 @@ pub struct Frame {
     pub stopped: Option<String>,
     /// The error that was measured last, with its interval.
     pub error: Option<ErrorEstimate>,
+    /// Units that were given up, with the evidence: the image is made without them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failed: Vec<FailedUnit>,
+    /// Units whose results came from a worker that was found to be wrong, and were not checked.
+    #[serde(default)]
+    pub suspect_units: u64,
+    /// Why the frame could not be assembled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
     /// Counters summed over its units.
     pub statistics: BTreeMap<String, u64>,
     /// Addresses of its files, once they are there, by kind (`exr`, `png`).
@@ -288,6 +307,9 @@ pub struct Tile {
     pub units: Count,
     /// How many of them are leased at this moment.
     pub leased: u64,
+    /// How many of them were given up.
+    #[serde(default)]
+    pub failed: u64,
 }
 
 /// The connected workers.
@@ -308,6 +330,15 @@ pub struct Worker {
     pub version: String,
     /// Rendering threads.
     pub threads: u32,
+    /// Its pool; empty: none.
+    #[serde(default)]
+    pub pool: String,
+    /// Its tags.
+    #[serde(default)]
+    pub tags: Vec<String>,
+    /// Memory [bytes]; 0: it did not say.
+    #[serde(default)]
+    pub memory: u64,
     /// When it connected [ms since 1970].
     pub connected_ms: i64,
     /// When it was last heard [ms since 1970].
@@ -318,8 +349,11 @@ pub struct Worker {
     pub delivered: u64,
     /// Units it failed.
     pub failed: u64,
-    /// It gets no work until then, for it failed too often in a row [ms since 1970].
+    /// It gets no work until then, for it failed too often in a row or was wrong [ms since 1970].
     pub set_aside_until_ms: Option<i64>,
+    /// Results of its that others showed to be wrong.
+    #[serde(default)]
+    pub lies: u32,
 }
 
 /// Something that happened to a job. The name of the server-sent event is the key: `state`, `progress`, `tile`,

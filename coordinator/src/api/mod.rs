@@ -7,8 +7,9 @@
 //! | GET | `/health` | whether the coordinator works |
 //! | POST | `/jobs` | submit: JSON that refers to uploaded assets, or a form with scene and files |
 //! | GET | `/jobs?limit=&cursor=` | list, newest first |
-//! | GET, DELETE | `/jobs/{id}` | one job; call it off |
+//! | GET, DELETE, PATCH | `/jobs/{id}` | one job; call it off; change its priority |
 //! | POST | `/jobs/{id}/cancel` | call it off |
+//! | POST | `/jobs/{id}/retry` | try again what failed |
 //! | GET | `/jobs/{id}/events?tiles=` | what happens to it, as server-sent events |
 //! | GET | `/jobs/{id}/frames/{n}` | one frame |
 //! | GET | `/jobs/{id}/frames/{n}/tiles` | its tiles |
@@ -42,6 +43,7 @@ pub mod json;
 pub mod problem;
 mod relay;
 pub mod roles;
+mod schedule_json;
 pub mod submission;
 pub mod tokens;
 mod workers;
@@ -71,10 +73,11 @@ pub fn router(handle: Handle) -> Router {
     let routes = Router::new()
         .route("/health", get(health::show))
         .route("/jobs", post(jobs::submit).layer(DefaultBodyLimit::max(UPLOAD_BYTES)).get(jobs::list))
-        .route("/jobs/{job}", get(jobs::show).delete(jobs::cancel))
+        .route("/jobs/{job}", get(jobs::show).delete(jobs::cancel).patch(jobs::change))
         .route("/jobs/{job}/cancel", post(jobs::cancel))
         .route("/jobs/{job}/pause", post(jobs::pause))
         .route("/jobs/{job}/resume", post(jobs::resume))
+        .route("/jobs/{job}/retry", post(jobs::retry))
         .route("/jobs/{job}/events", get(events::stream))
         .route("/jobs/{job}/frames/{frame}", get(frames::show))
         .route("/jobs/{job}/frames/{frame}/tiles", get(frames::tiles))

@@ -13,6 +13,7 @@ use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
 use super::problem::Problem;
+use crate::job::{Needs, needs};
 use crate::request;
 use crate::service::{Frames, Handle, Submission};
 
@@ -121,10 +122,32 @@ pub struct JobOptions {
     /// Names this submission: sending it again with the same token gives the same job.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub client_token: Option<String>,
+    /// The project that it belongs to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub project: Option<String>,
+    /// Pools whose workers may render it, with commas between them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pool: Option<String>,
+    /// What a worker must have: tags and amounts with commas between them, such as `gpu,memory=8G,threads=16`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub require: Option<String>,
+    /// Named limits that its leases count against, with commas between them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<String>,
+    /// Most workers at once.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_workers: Option<u32>,
+    /// Share of its units that are rendered by two workers and compared, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verify: Option<f64>,
+    /// Whether it waits until somebody resumes it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paused: Option<bool>,
 }
 
 /// The fields of a form that stay text even if they look like numbers.
-const TEXT_FIELDS: [&str; 6] = ["name", "technique", "reconstruction", "shift", "size", "client_token"];
+const TEXT_FIELDS: [&str; 10] =
+    ["name", "technique", "reconstruction", "shift", "size", "client_token", "project", "pool", "require", "limit"];
 
 /// Reads a JSON body.
 ///
@@ -210,10 +233,27 @@ fn complete(
         frames: options.frames(scene),
         priority: options.priority.unwrap_or(0),
         client_token: options.client_token.clone(),
+        needs: options.needs()?,
+        verify: options.verify,
+        paused: options.paused.unwrap_or(false),
     })
 }
 
 impl JobOptions {
+    /// The part of the options that is the schedule's.
+    fn needs(&self) -> Result<Needs, Problem> {
+        let wrong = |path: &'static str| move |fault: String| Problem::field(path, format!("options.{path} is {fault}"));
+        let names = |path, text: &Option<String>| needs::names(text.as_deref().unwrap_or_default()).map_err(wrong(path));
+        let required: Needs = self.require.as_deref().unwrap_or_default().parse().map_err(wrong("require"))?;
+        Ok(Needs {
+            project: self.project.as_deref().map(needs::name).transpose().map_err(wrong("project"))?.unwrap_or_default(),
+            pools: names("pool", &self.pool)?,
+            limits: names("limit", &self.limit)?,
+            most_workers: self.max_workers,
+            ..required
+        })
+    }
+
     /// The part of the options that is the renderer's.
     fn request(&self) -> Result<Request, Problem> {
         fn read<T: Copy + Debug, R>(path: &str, value: Option<T>, parse: impl Fn(T) -> Result<R, String>) -> Result<Option<R>, Problem> {

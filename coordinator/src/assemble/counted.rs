@@ -7,6 +7,9 @@ use gradfarm_core::lattice::Tile;
 use gradfarm_core::reconstruction::{Reconstructed, SolveReport};
 use serde::Serialize;
 
+use crate::job::Attempt;
+use crate::schedule::Split;
+
 /// The file.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct FrameStatistics {
@@ -19,8 +22,34 @@ pub(super) struct FrameStatistics {
     /// Estimated relMSE of the finished image.
     #[serde(skip_serializing_if = "Option::is_none")]
     relmse: Option<f64>,
+    /// Units that were given up: the image is made without them, and continues what lies around where a pixel has none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    failed: Vec<Failed>,
     /// The same for each tile, row by row.
     tiles: Vec<TileStatistics>,
+}
+
+/// A unit that was given up.
+#[derive(Clone, Debug, Serialize)]
+struct Failed {
+    /// First column and row of its tile [pixels].
+    x: u32,
+    y: u32,
+    /// First sample of each pixel, and how many.
+    first_sample: u32,
+    samples: u32,
+    /// What was tried, in order.
+    attempts: Vec<Tried>,
+}
+
+/// An attempt that came to nothing.
+#[derive(Clone, Debug, Serialize)]
+struct Tried {
+    worker: String,
+    /// When it ended [ms since 1970].
+    at_ms: i64,
+    ending: &'static str,
+    reason: String,
 }
 
 /// How a solve went.
@@ -63,7 +92,26 @@ impl FrameStatistics {
         };
         let relmse = error.map(|error| error.relmse);
         let reconstruction = Solve { alpha, iterations, residual };
-        Self { frame, counters: all.by_name(), reconstruction, relmse, tiles: tiles.iter().map(tile).collect() }
+        Self { frame, counters: all.by_name(), reconstruction, relmse, failed: Vec::new(), tiles: tiles.iter().map(tile).collect() }
+    }
+}
+
+impl FrameStatistics {
+    /// The same with what is missing.
+    pub(super) fn lacking(mut self, split: &Split, left_out: &BTreeMap<u32, Vec<Attempt>>) -> Self {
+        let tried = |attempt: &Attempt| Tried {
+            worker: attempt.worker.to_string(),
+            at_ms: attempt.at.millis(),
+            ending: attempt.ending.name(),
+            reason: attempt.reason.clone(),
+        };
+        let failed = |(unit, attempts): (&u32, &Vec<Attempt>)| {
+            let work = split.work(*unit);
+            let (first_sample, samples) = (work.samples.first, work.samples.count);
+            Failed { x: work.tile.x, y: work.tile.y, first_sample, samples, attempts: attempts.iter().map(tried).collect() }
+        };
+        self.failed = left_out.iter().map(failed).collect();
+        self
     }
 }
 

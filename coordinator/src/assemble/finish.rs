@@ -21,7 +21,7 @@ pub(super) async fn finish(task: Task, stitched: Stitched, image: Solved, blobs:
     let Stitched { film, tiles, seconds: stitch } = stitched;
     let (reconstruct, error, statistics) = (image.seconds, measure::error(&image), film.statistics);
     let choice = image.reconstructed.why.clone();
-    let start = Instant::now();
+    let (start, units) = (Instant::now(), task.frame.units);
     let encoded = tokio::task::spawn_blocking(move || encode(&task, &film, &tiles, &image.reconstructed)).await??;
     let mut files = Vec::with_capacity(encoded.len());
     for (kind, bytes) in encoded {
@@ -29,7 +29,7 @@ pub(super) async fn finish(task: Task, stitched: Stitched, image: Solved, blobs:
         files.push(FileRecord { kind, blob: blobs.put(bytes).await?, size });
     }
     let write = start.elapsed().as_secs_f64();
-    Ok(Assembled { files, seconds: Seconds { stitch, reconstruct, write, ..Seconds::default() }, error, choice, statistics })
+    Ok(Assembled { files, units, seconds: Seconds { stitch, reconstruct, write, ..Seconds::default() }, error, choice, statistics })
 }
 
 fn encode(
@@ -39,7 +39,10 @@ fn encode(
     reconstructed: &Reconstructed,
 ) -> Result<Vec<(FileKind, Bytes)>, AssembleError> {
     let (exr, png) = rayon::join(|| encode_exr(task, film, reconstructed), || png::encode(&reconstructed.image, 1.0));
-    let counted = FrameStatistics::of(task.split.moments()[task.position as usize].first, &film.statistics, tiles, reconstructed);
+    let counted = {
+        let number = task.split.moments()[task.position as usize].first;
+        FrameStatistics::of(number, &film.statistics, tiles, reconstructed).lacking(&task.split, &task.left_out)
+    };
     let counted = serde_json::to_vec(&counted).map_err(AssembleError::Statistics)?;
     Ok(vec![(FileKind::Exr, exr?.into()), (FileKind::Png, png?.into()), (FileKind::Statistics, counted.into())])
 }

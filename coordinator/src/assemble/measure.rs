@@ -34,7 +34,7 @@ pub(super) struct Ready {
 impl Ready {
     /// Whether it is what this task needs.
     pub(super) fn is_of(&self, task: &Task) -> bool {
-        (self.job, self.position, self.passes) == (task.record.id, task.position, task.passes)
+        (self.job, self.position, self.passes) == (task.record.id, task.position, task.passes) && task.left_out.is_empty()
     }
 }
 

@@ -10,13 +10,14 @@ mod measure;
 mod stitch;
 mod window;
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use gradfarm_core::plan::Guide;
 use tokio::sync::{Semaphore, mpsc};
 
 use crate::clock::Clock;
-use crate::job::{Assembled, Errand, Frame, Job, JobId, JobRecord, Measured, ShareRecord, SolvedWindow};
+use crate::job::{Assembled, Attempt, Errand, Frame, Job, JobId, JobRecord, Measured, ShareRecord, SolvedWindow};
 use crate::schedule::Split;
 use crate::service::command::Command;
 use crate::store::{BlobError, Blobs, Store, StoreError};
@@ -47,6 +48,8 @@ struct Task {
     frame: Frame,
     /// How many of its first passes make it.
     passes: u32,
+    /// Units of it that were given up, with what was tried.
+    left_out: BTreeMap<u32, Vec<Attempt>>,
     /// What windows say of it, from the first window to the last; empty where it is reconstructed by itself.
     shares: Vec<window::Part>,
 }
@@ -56,8 +59,9 @@ impl Task {
         let frame = job.frames[position as usize].clone();
         let passes = job.split.passes_within(frame.goal);
         let part = |(share, solved): (ShareRecord, &SolvedWindow)| window::Part { share, report: solved.report };
+        let left_out = job.given_up(position).map(|unit| (unit, job.attempts(unit).to_vec())).collect();
         let shares = job.shares(position).into_iter().map(part).collect();
-        Self { record: job.record.clone(), split: job.split.clone(), position, frame, passes, shares }
+        Self { record: job.record.clone(), split: job.split.clone(), position, frame, passes, left_out, shares }
     }
 }
 

@@ -92,15 +92,25 @@ pub(super) async fn fold(
     let results = store.results(task.record.id, first..first + passes * task.split.tiles().len() as u32).await?;
     let result = |unit: u32| {
         let found = results.binary_search_by_key(&unit, |(u, _)| *u).ok().map(|at| results[at].1);
-        found.map(|result| (unit, result)).ok_or(AssembleError::Absent { unit })
+        match found {
+            Some(result) => Ok((unit, Some(result))),
+            None if task.left_out.contains_key(&unit) => Ok((unit, None)),
+            None => Err(AssembleError::Absent { unit }),
+        }
     };
     let layout = task.record.plan.layout();
-    let mut frames = vec![FrameFold::new(task.record.plan.extent, &layout); parts.len()];
+    let empty = if task.left_out.is_empty() { FrameFold::new } else { FrameFold::with_gaps };
+    let mut frames = vec![empty(task.record.plan.extent, &layout); parts.len()];
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut tiles = Vec::with_capacity(task.split.tiles().len());
     for (index, tile) in task.split.tiles().iter().enumerate() {
         let unit = |pass| result(task.split.unit(Place { frame: task.position, pass, tile: index as u32 }));
-        let run = |(pass, samples): (u32, SampleRange)| if wanted(pass) { unit(pass).map(Run::Add) } else { Ok(Run::Skip(samples)) };
+        let run = |(pass, samples): (u32, SampleRange)| match unit(pass) {
+            _ if !wanted(pass) => Ok(Run::Skip(samples)),
+            Ok((_, None)) => Ok(Run::Skip(samples)),
+            Ok((unit, Some(result))) => Ok(Run::Add((unit, result))),
+            Err(absent) => Err(absent),
+        };
         let samples = task.split.passes().iter().map(|pass| pass.samples);
         let runs = (0..passes).zip(samples).map(run).collect::<Result<_, _>>()?;
         tiles.push(fold_tile(*tile, layout.clone(), parts, runs, blobs.clone()));

@@ -14,6 +14,7 @@ Exit codes:
   2    bad input: arguments, scene, image, or a job that does not exist
   3    the job failed or was cancelled
   4    the coordinator cannot be reached
+  5    done, but tiles were given up: images are made without them
   130  interrupted by Ctrl-C";
 
 /// Why a command ended badly. Each has its exit code.
@@ -42,6 +43,9 @@ pub(super) enum Error {
     /// The job ended, but not well.
     #[error("{0}")]
     Job(String),
+    /// The job is done, but not all of it was rendered.
+    #[error("{0}")]
+    Flawed(String),
     /// Nobody answers.
     #[error(
         "cannot reach the coordinator at {server}: {reason}\nIs `gradfarm serve` running there? `--server` or GRADFARM_SERVER names another one."
@@ -66,6 +70,7 @@ impl Error {
             Error::Usage(_) | Error::Scene(_) | Error::Plan(_) => 2.into(),
             Error::Job(_) => 3.into(),
             Error::Unreachable { .. } => 4.into(),
+            Error::Flawed(_) => 5.into(),
             Error::Interrupted => 130.into(),
         }
     }
@@ -73,6 +78,16 @@ impl Error {
     /// Whether the reader of our output went away, as `gradfarm … | head` does: no reason to complain.
     pub(super) fn is_closed_pipe(&self) -> bool {
         matches!(self, Error::Write { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe)
+    }
+}
+
+impl Error {
+    /// What to say of a job that is done with so many units given up.
+    pub(super) fn flawed(job: &str, units: u64) -> Self {
+        let what = if units == 1 { "1 unit was" } else { &format!("{units} units were") };
+        Error::Flawed(format!(
+            "job {job} is done, but {what} given up; `gradfarm status {job}` says why, `gradfarm retry {job}` tries again"
+        ))
     }
 }
 

@@ -34,7 +34,7 @@ pub(super) enum Telling {
 /// Follows `job` until it is done. Frames that become ready are fetched on the way, if somebody wants them.
 ///
 /// # Errors
-/// [`Error::Job`] if it failed or was cancelled, [`Error::Unreachable`] if the coordinator stays away; those of the puller.
+/// [`Error::Job`] if it failed or was cancelled, [`Error::Flawed`] if it is done without some of its units, [`Error::Unreachable`] if the coordinator stays away; those of the puller.
 pub(super) async fn follow(client: &Client, job: &str, telling: Telling, mut puller: Option<&mut Puller>) -> Result<(), Error> {
     let progress = match telling {
         Telling::Bar => Some(Progress::new("waiting")),
@@ -82,6 +82,9 @@ async fn listen(
             puller.ready(frame.number..frame.number + 1).await?;
         }
     }
+    if let (Some(progress), Some(waiting)) = (progress, &known.waiting) {
+        progress.say(&format!("waiting: {}", waiting.detail));
+    }
     let mut last = None;
     while let Some(event) = events.next().await {
         if let Event::Accuracy { frame, point, .. } = &event {
@@ -104,7 +107,12 @@ async fn listen(
                 progress.finish();
                 terminal::note(last);
             }
-            return Ok(Some(if state == "done" { Ok(()) } else { Err(Error::Job(format!("job {job} is {state}{reason}"))) }));
+            if state != "done" {
+                return Ok(Some(Err(Error::Job(format!("job {job} is {state}{reason}")))));
+            }
+            let known: Job = client.get(&format!("/jobs/{job}")).await?;
+            let failed = known.summary.failed_units;
+            return Ok(Some(if failed == 0 { Ok(()) } else { Err(Error::flawed(job, failed)) }));
         }
     }
     Ok(None)

@@ -13,7 +13,7 @@ use super::error::Error;
 use super::progress::Progress;
 use super::scene;
 use crate::embedded::Farm;
-use crate::job::{FileKind, FrameState, JobId, JobState};
+use crate::job::{FileKind, FrameState, JobId, JobState, Needs};
 use crate::service::{AccuracyView, Frames, Handle, JobEvent, JobView, Submission};
 
 /// A job to be done here.
@@ -89,6 +89,9 @@ impl LocalJob<'_> {
             frames: self.frames,
             priority: 0,
             client_token: None,
+            needs: Needs::default(),
+            verify: None,
+            paused: false,
         };
         Ok(handle.submit(submission).await?)
     }

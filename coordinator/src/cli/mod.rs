@@ -23,12 +23,14 @@ mod options;
 mod outputs;
 mod pause;
 mod peer;
+mod placing;
 mod plan;
 mod progress;
 mod pull;
 mod reconstruct;
 mod render;
 mod report;
+mod retry;
 mod scene;
 mod schema;
 mod serve;
@@ -82,6 +84,10 @@ enum Command {
     Pause(pause::Pause),
     /// Let a paused job go on
     Resume(pause::Pause),
+    /// Try again what failed in a job
+    Retry(retry::Retry),
+    /// Change how urgent a job is
+    Priority(retry::Priority),
     /// Fetch a finished image
     Pull(pull::Pull),
     /// Tell what accuracy cost in a frame, and what more of it would cost
@@ -141,6 +147,8 @@ fn run(cli: Cli) -> Result<(), Error> {
         Command::Cancel(command) => wait_for(command.run()),
         Command::Pause(command) => wait_for(command.run(true)),
         Command::Resume(command) => wait_for(command.run(false)),
+        Command::Retry(command) => wait_for(command.run()),
+        Command::Priority(command) => wait_for(command.run()),
         Command::Pull(command) => wait_for(command.run()),
         Command::Accuracy(command) => wait_for(command.run()),
         Command::Token(command) => wait_for(command.run()),

@@ -52,12 +52,8 @@ impl Pull {
             Some(range) => range.frames(),
             None => all(&job),
         };
-        let mut puller = Puller::new(client, &job, frames, outputs)?;
-        if self.follow {
-            let client = puller.client.clone();
-            follow(&client, &self.job, Telling::Bar, Some(&mut puller)).await?;
-        }
-        puller.finish().await
+        let puller = Puller::new(client, &job, frames, outputs)?;
+        if self.follow { puller.follow().await } else { puller.finish().await }
     }
 }
 
@@ -107,6 +103,19 @@ impl Puller {
             self.missing.remove(&number);
         }
         Ok(())
+    }
+
+    /// Follows the job, fetches its frames as they become ready, and ends what holds all frames.
+    ///
+    /// # Errors
+    /// As [`follow`] and [`finish`](Self::finish); frames of a job that is done without some of its units are written all the same.
+    pub(super) async fn follow(mut self) -> Result<(), Error> {
+        let (client, job) = (self.client.clone(), self.job.clone());
+        let ended = follow(&client, &job, Telling::Bar, Some(&mut self)).await;
+        if matches!(ended, Ok(()) | Err(Error::Flawed(_))) {
+            self.finish().await?;
+        }
+        ended
     }
 
     /// Fetches the rest, and ends what holds all frames.

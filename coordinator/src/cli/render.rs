@@ -90,7 +90,15 @@ impl Render {
         clock.loaded();
         let work = Work { writer, statistics, curve };
         let report = super::runtime()?.block_on(self.render(&loaded, request, work, clock))?;
-        if self.json { terminal::json(&report.json()) } else { report.print() }
+        if self.json {
+            terminal::json(&report.json())?
+        } else {
+            report.print()?
+        }
+        match report.failed_units() {
+            0 => Ok(()),
+            failed => Err(Error::Flawed(format!("{failed} units were given up: what they should show is filled in from around"))),
+        }
     }
 
     fn request(&self, scene: &SceneDescription) -> Request {

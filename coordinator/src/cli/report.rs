@@ -53,6 +53,13 @@ pub(super) struct Report {
     files: Files,
 }
 
+impl Report {
+    /// Units that were given up.
+    pub(super) fn failed_units(&self) -> u64 {
+        self.job.summary.failed_units
+    }
+}
+
 /// What was written.
 #[derive(Clone, Debug)]
 pub(super) struct Files {

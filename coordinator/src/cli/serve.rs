@@ -59,6 +59,7 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
         keep_jobs: config.keep_jobs,
         tls: tls.clone(),
         oidc: config.oidc.options(),
+        rules: config.rules(),
         ..service::Config::new(&config.data)
     };
     let mut farm = Farm::start(service, grpc, &threads).await.map_err(failed)?;

@@ -69,6 +69,12 @@ fn print(job: &Job) -> Result<(), Error> {
     if let Some(error) = &summary.error {
         terminal::line(format_args!("because  {error}"))?;
     }
+    if let Some(waiting) = &job.waiting {
+        terminal::line(format_args!("waiting  {}", waiting.detail))?;
+    }
+    if !job.needs.project.is_empty() {
+        terminal::line(format_args!("project  {}", job.needs.project))?;
+    }
     terminal::line(format_args!("age      {}", age(summary)))?;
     terminal::line(format_args!(
         "plan     {} × {} pixels, {} samples each, {}, reconstruction {}",
@@ -87,6 +93,12 @@ fn print(job: &Job) -> Result<(), Error> {
     }
     for run in job.frames.chunk_by(alike) {
         terminal::line(format_args!("frame    {}", describe(run)))?;
+        for failed in run.first().map_or(&[][..], |frame| &frame.failed) {
+            terminal::line(format_args!("missing  {}", failed.told()))?;
+        }
+    }
+    if summary.failed_units > 0 {
+        terminal::line(format_args!("         `gradfarm retry {}` tries what is missing again", summary.id))?;
     }
     Ok(())
 }
@@ -107,8 +119,14 @@ fn describe(run: &[Frame]) -> String {
         None => String::new(),
     };
     let stopped = frame.stopped.as_deref().map(|why| format!(", stopped by {why} at {} samples", frame.samples_per_pixel));
+    let failure = frame.failure.as_deref().map(|why| format!(", {why}")).unwrap_or_default();
+    let suspect = match frame.suspect_units {
+        0 => String::new(),
+        units => format!(", {units} units from a worker that was found to be wrong"),
+    };
     let choice = frame.choice.as_deref().map(|choice| format!(", reconstruction {choice}"));
-    format!("{}{last}: {} ({percent:.1} %){error}{}{}", frame.number, frame.state, stopped.unwrap_or_default(), choice.unwrap_or_default())
+    let (stopped, choice) = (stopped.unwrap_or_default(), choice.unwrap_or_default());
+    format!("{}{last}: {} ({percent:.1} %){error}{stopped}{choice}{failure}{suspect}", frame.number, frame.state)
 }
 
 fn state(job: &JobSummary) -> &str {

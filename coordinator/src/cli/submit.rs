@@ -14,9 +14,10 @@ use super::error::Error;
 use super::follow::{Telling, follow};
 use super::options::RenderOptions;
 use super::outputs::OutputOptions;
+use super::placing::PlacingOptions;
 use super::pull::{self, Puller};
 use super::{scene, terminal};
-use crate::api::json::Job;
+use crate::api::json::{DryRun, Job};
 use crate::api::submission::{JobOptions, JobRequest};
 
 /// Arguments of `gradfarm submit`.
@@ -47,6 +48,11 @@ pub(super) struct Submit {
     /// Names this submission: sending it again with the same token gives the same job
     #[arg(long, value_name = "TOKEN")]
     client_token: Option<String>,
+    #[command(flatten)]
+    placing: PlacingOptions,
+    /// Only check everything and tell what would be done; nothing is sent but the scene, and nothing is stored
+    #[arg(long, conflicts_with_all = ["wait", "output", "contact_sheet"])]
+    dry_run: bool,
     /// Wait until the job is done
     #[arg(long)]
     wait: bool,
@@ -70,17 +76,21 @@ impl Submit {
         plan::resolve(&loaded.description, &asked)?;
         outputs.as_ref().map(|outputs| outputs.check_count(asked.frames)).transpose()?;
         let request = JobRequest {
-            assets: upload(&client, &loaded).await?,
+            assets: if self.dry_run { digests(&loaded).await? } else { upload(&client, &loaded).await? },
             scene: RawValue::from_string(loaded.description.to_json()).map_err(|fault| Error::Failed(fault.to_string()))?,
-            options: JobOptions {
+            options: self.placing.ask(JobOptions {
                 name: Some(self.name.clone().unwrap_or_else(|| scene::job_name(&self.scene))),
                 tile: self.tile,
                 priority: Some(self.priority),
                 client_token: self.client_token.clone(),
                 first_frame: Some(self.options.frames(&loaded.description).first),
                 ..JobOptions::of(&asked)
-            },
+            }),
         };
+        if self.dry_run {
+            let response = client.send(client.request(Method::POST, "/jobs?dry_run=true").json(&request)).await?;
+            return tell(&client.read(response).await?, self.json);
+        }
         let response = client.send(client.request(Method::POST, "/jobs").json(&request)).await?;
         let job: Job = client.read(response).await?;
         let id = job.summary.id.clone();
@@ -92,10 +102,37 @@ impl Submit {
         let Some(outputs) = outputs else {
             return if self.wait { follow(&client, &id, Telling::Bar, None).await } else { Ok(()) };
         };
-        let mut puller = Puller::new(client.clone(), &job, pull::all(&job), outputs)?;
-        follow(&client, &id, Telling::Bar, Some(&mut puller)).await?;
-        puller.finish().await
+        Puller::new(client, &job, pull::all(&job), outputs)?.follow().await
     }
+}
+
+/// Tells what would be done.
+fn tell(run: &DryRun, json: bool) -> Result<(), Error> {
+    if json {
+        return terminal::json(run);
+    }
+    let plan = &run.plan;
+    terminal::line(format_args!(
+        "plan     {} × {} pixels, {} samples each, {}, reconstruction {}",
+        plan.width, plan.height, plan.samples, plan.technique, plan.reconstruction
+    ))?;
+    terminal::line(format_args!("frames   {}, {} different images, {} units at most", run.frames, run.moments, run.units))?;
+    terminal::line(format_args!("files    {} to be uploaded first", run.missing.len()))?;
+    terminal::line(format_args!("workers  {} of {} may render it", run.fitting, run.workers))?;
+    if !run.lacks.is_empty() {
+        terminal::line(format_args!("         the others lack {}", run.lacks.join(", ")))?;
+    }
+    Ok(())
+}
+
+/// The digests of a scene's files.
+async fn digests(loaded: &Loaded) -> Result<BTreeMap<String, String>, Error> {
+    let mut digests = BTreeMap::new();
+    for name in loaded.description.assets() {
+        let bytes = scene::read_asset(&loaded.assets, &name).await?;
+        digests.insert(name, Digest::of(&bytes).to_string());
+    }
+    Ok(digests)
 }
 
 /// Sends the files that the coordinator does not have yet; the digests of all.

@@ -11,7 +11,7 @@ use tonic::{Status, Streaming};
 
 use super::admission::Peer;
 use super::status;
-use crate::job::{Answer, DeliveredRecord, JobId, UnitState, WorkerId};
+use crate::job::{Answer, DeliveredRecord, JobId, WorkerId};
 use crate::service::Handle;
 use crate::service::command::Command;
 use crate::service::dispatch::Dispatcher;
@@ -110,8 +110,7 @@ fn standing(dispatcher: &mut Dispatcher, lease: LeaseName, digest: Digest) -> St
         let Ok(guide) = job.guide_of(lease.unit) else { return Standing::Unguided };
         return Standing::Due(Expected { work: job.split.work(lease.unit), layout: job.record.plan.layout(), guide });
     }
-    let counted = job.unit(lease.unit).is_some_and(|u| u.epoch == lease.epoch && u.state == UnitState::Done { content: digest });
-    Standing::Over(if counted { Answer::Accepted } else { Answer::Superseded })
+    Standing::Over(if job.has_taken(lease.unit, lease.epoch, digest) { Answer::Accepted } else { Answer::Superseded })
 }
 
 /// The announced bytes; the inner error is the worker's fault.

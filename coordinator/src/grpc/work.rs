@@ -12,7 +12,7 @@ use tonic::{Code, Status, Streaming};
 
 use super::admission::Peer;
 use super::{Messages, status};
-use crate::job::WorkerId;
+use crate::job::{Capabilities, WorkerId};
 use crate::service::Handle;
 use crate::service::command::{Command, Hello, SessionKey};
 
@@ -77,7 +77,7 @@ fn read_hello(hello: v1::Hello) -> Result<Hello, Status> {
         protocol,
         name: hello.name,
         version: hello.version,
-        threads: hello.threads,
+        capabilities: capabilities(hello.pool, hello.tags, hello.memory_bytes, hello.threads)?,
         held: leases(hello.held)?,
         scenes: scenes(&hello.scenes)?,
     })
@@ -87,7 +87,9 @@ async fn forward(handle: &Handle, from: SessionKey, inbox: &mut Streaming<v1::Wo
     while let Some(message) = inbox.message().await? {
         let command = match message.message {
             Some(Message::Credit(credit)) => Command::Credit { from, leases: credit.leases },
-            Some(Message::Heartbeat(beat)) => Command::Heartbeat { from, held: leases(beat.held)?, scenes: scenes(&beat.scenes)? },
+            Some(Message::Heartbeat(beat)) => {
+                Command::Heartbeat { from, held: leases(beat.held)?, scenes: scenes(&beat.scenes)?, progress: progress(beat.progress)? }
+            }
             Some(Message::Returned(returned)) => Command::Returned { from, leases: leases(returned.leases)? },
             Some(Message::Failed(failed)) => {
                 let reason: String = failed.reason.chars().take(limits::TEXT / 4).collect();
@@ -101,6 +103,19 @@ async fn forward(handle: &Handle, from: SessionKey, inbox: &mut Streaming<v1::Wo
         handle.tell(command).await.map_err(status)?;
     }
     Ok(())
+}
+
+fn capabilities(pool: String, tags: Vec<String>, memory: u64, threads: u32) -> Result<Capabilities, Status> {
+    if tags.len() > limits::TAGS || tags.iter().chain([&pool]).any(|name| name.len() > limits::TAG) {
+        let expected = format!("at most {} tags, and names of at most {} bytes", limits::TAGS, limits::TAG);
+        return Err(Status::invalid_argument(format!("pool and tags of a worker: expected {expected}")));
+    }
+    Ok(Capabilities { pool, tags: tags.into_iter().collect(), memory, threads })
+}
+
+fn progress(messages: Vec<v1::LeaseProgress>) -> Result<Vec<(LeaseName, u64)>, ConvertError> {
+    check_count("progress", messages.len())?;
+    messages.into_iter().map(|message| Ok((lease_ref(message.lease)?, message.samples))).collect()
 }
 
 fn leases(messages: Vec<v1::LeaseRef>) -> Result<Vec<LeaseName>, ConvertError> {

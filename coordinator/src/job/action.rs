@@ -34,6 +34,13 @@ pub enum Action {
     Blame(WorkerId),
     /// A result of the worker counted.
     Praise(WorkerId),
+    /// The worker gave a result that others showed to be wrong.
+    Distrust {
+        /// Who.
+        worker: WorkerId,
+        /// For which unit.
+        unit: u32,
+    },
     /// Tell whoever watches.
     Tell(News),
 }

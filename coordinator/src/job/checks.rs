@@ -41,7 +41,7 @@ impl Job {
     /// Whether all units of a frame up to its goal are done.
     pub(super) fn has_all_units(&self, position: u32) -> bool {
         let frame = &self.frames[position as usize];
-        frame.state == FrameState::Rendering && frame.units == self.units_to_goal(position)
+        frame.state == FrameState::Rendering && frame.units + frame.failed_units == self.units_to_goal(position)
     }
 
     /// Whether a frame is being measured: it goes on from there, or not.
@@ -86,7 +86,7 @@ impl Job {
     /// How many of a frame's first passes are done in full.
     fn whole_passes(&self, position: u32) -> u32 {
         let units = self.units.of_frame(position);
-        let done = units.iter().take_while(|unit| matches!(unit.state, UnitState::Done { .. })).count() as u32;
+        let done = units.iter().take_while(|unit| unit.state.is_settled()).count() as u32;
         done / self.split.units_per_pass()
     }
 
@@ -100,7 +100,7 @@ impl Job {
             match unit.state {
                 UnitState::Leased { worker, .. } => {
                     let (failures, losses) = (unit.failures, unit.losses);
-                    actions.push(Action::Keep(Change::Freed { job: self.record.id, unit: index, failures, losses }));
+                    actions.push(Action::Keep(Change::Freed { job: self.record.id, unit: index, failures, losses, given_up: false }));
                     actions.push(Action::Revoke { unit: index, epoch: unit.epoch, worker });
                 }
                 UnitState::Done { .. } => {
@@ -108,6 +108,7 @@ impl Job {
                     let frame = &mut self.frames[position as usize];
                     (frame.units, frame.samples) = (frame.units - 1, frame.samples - samples);
                 }
+                UnitState::GivenUp => self.frames[position as usize].failed_units -= 1,
                 UnitState::Ready => {}
             }
         }

@@ -62,6 +62,12 @@ pub struct Frame {
     pub goal: u32,
     /// Why it goes no further, where it might have.
     pub stopped: Option<Reason>,
+    /// Units that were given up: the image is made without them.
+    pub failed_units: u32,
+    /// Units whose results came from a worker that was found to give wrong ones, and were not checked.
+    pub suspect_units: u32,
+    /// Why it could not be assembled.
+    pub failure: Option<String>,
     /// Its error at so many samples, as often as it was measured, by samples.
     pub points: Vec<Point>,
 }
@@ -80,6 +86,9 @@ impl Frame {
             statistics: Statistics::default(),
             goal,
             stopped: None,
+            failed_units: 0,
+            suspect_units: 0,
+            failure: None,
             points: Vec::new(),
         }
     }

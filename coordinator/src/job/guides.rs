@@ -53,6 +53,14 @@ impl FrameGuides {
         }
     }
 
+    /// A unit of this pass, which was settled, is to be rendered after all. Guides that are made or asked for stay as they are.
+    pub(super) fn undone(&mut self, split: &Split, pass: u32) {
+        let open = (self.asked as usize).max(self.made.len());
+        for (missing, round) in self.missing.iter_mut().zip(1..).skip(open) {
+            *missing += u32::from(split.steers(pass, round));
+        }
+    }
+
     /// The next guide to make, once: when all that steers it is there, and the guides before it, and the frame goes so far as to need it:
     /// `needed` of them in all.
     pub(super) fn next(&mut self, frame: u32, needed: usize) -> Option<Errand> {

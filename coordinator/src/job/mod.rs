@@ -6,34 +6,44 @@
 mod action;
 mod checks;
 mod event;
+mod evidence;
 mod frame;
 mod guides;
 mod identity;
 pub mod invariants;
 mod named;
+pub(crate) mod needs;
+mod pace;
 mod record;
 mod restore;
+mod settle;
 mod state;
 mod unit;
+mod verify;
 mod windows;
 
 #[cfg(test)]
 pub(crate) mod tests;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use gradfarm_core::film::Statistics;
 use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::{Guide, TileGuide};
+use gradfarm_proto::Digest;
 
 pub use action::{Action, Answer, Errand, News};
 pub use event::{Assembled, Event, Measured, submit};
+pub use evidence::{Attempt, Ending};
 pub use frame::{Frame, Seconds};
 pub use identity::{JobId, ParseIdError, WorkerId};
 pub use named::named;
+pub use needs::{Capabilities, Lack, Needs};
 pub use record::{Change, DeliveredRecord, FileRecord, JobRecord, StoredJob, StoredUnit};
 pub use state::{FileKind, FrameState, JobState};
 pub use unit::{Unit, UnitState};
+pub use verify::Witness;
 pub use windows::{JobWindows, ShareRecord, SolvedWindow, WindowState};
 
 pub use crate::clock::Timestamp;
@@ -41,10 +51,13 @@ use crate::schedule::Split;
 use guides::FrameGuides;
 use unit::Units;
 
-/// Failures of one unit that fail its job.
+/// Failures of one unit after which it is given up.
 pub const MOST_FAILURES: u32 = 5;
-/// Losses of one unit (its worker died or fell silent) that fail its job: such a unit may be what kills them.
+/// Losses of one unit (its worker died or fell silent) after which it is given up: such a unit may be what kills them.
 pub const MOST_LOSSES: u32 = 12;
+
+/// Most units of a job that debug builds check after every event: a check looks at all of them.
+const CHECKED: u32 = 1024;
 
 /// A job in memory.
 #[derive(Clone, Debug)]
@@ -68,6 +81,11 @@ pub struct Job {
     guides: Vec<FrameGuides>,
     units: Units,
     windows: Option<JobWindows>,
+    /// Attempts that came to nothing, by unit.
+    evidence: BTreeMap<u32, Vec<Attempt>>,
+    /// Results of units that are compared and not decided.
+    witnesses: BTreeMap<u32, Vec<Witness>>,
+    pace: pace::Pace,
 }
 
 /// A unit whose guide is not there: it was lost in a crash, and is being made again.
@@ -77,7 +95,9 @@ pub struct Unguided;
 
 /// Moves a job by one event. Events that come too late, twice or out of turn change nothing and are answered as such.
 pub fn apply(job: &mut Job, event: Event, now: Timestamp) -> Vec<Action> {
-    event.apply(job, now)
+    let actions = event.apply(job, now);
+    debug_assert_eq!(if job.split.units() <= CHECKED { invariants::check(job) } else { Ok(()) }, Ok(()));
+    actions
 }
 
 impl Job {
@@ -122,16 +142,22 @@ impl Job {
         self.units.leased().iter().filter_map(|index| Some((*index, self.units.get(*index)?)))
     }
 
-    /// The next unit for a worker. With `others` there is somebody else to take what this worker failed before.
-    pub fn next_for(&self, worker: WorkerId, others: bool) -> Option<u32> {
+    /// The next unit for a worker. What it failed before, or gave a result for that is compared with others, goes to another one of the workers
+    /// that may render the job, if there is one.
+    pub fn next_for(&self, worker: WorkerId, eligible: &[WorkerId]) -> Option<u32> {
         if self.state.is_final() || self.paused {
             return None;
         }
-        self.open_units().find(|index| !others || self.units.get(*index).is_some_and(|unit| unit.failed_on != Some(worker)))
+        self.open_units().find(|index| {
+            let failed_on = self.units.get(*index).and_then(|unit| unit.failed_on);
+            let witnesses = self.witnesses(*index);
+            let barred = |who: WorkerId| failed_on == Some(who) || witnesses.iter().any(|witness| witness.worker == who);
+            !barred(worker) || eligible.iter().all(|other| barred(*other))
+        })
     }
 
     /// Units that wait for a worker and for no guide, in order.
-    fn open_units(&self) -> impl Iterator<Item = u32> {
+    pub(crate) fn open_units(&self) -> impl Iterator<Item = u32> {
         // Where samples are placed evenly everything is open, and one run of units says so.
         let even = self.split.steering().is_empty();
         let (runs, whole) = match self.only_frame() {
@@ -143,10 +169,47 @@ impl Job {
         runs.flat_map(move |frame| self.units.ready().range(run(frame)).copied())
     }
 
+    /// Whether it has units that a worker could be given now.
+    pub fn has_open_units(&self) -> bool {
+        !self.state.is_final() && !self.paused && self.has_ready_units()
+    }
+
+    /// The same, paused or not.
+    pub fn has_ready_units(&self) -> bool {
+        self.open_units().next().is_some()
+    }
+
+    /// Whether a guide is being made for any of its frames.
+    pub fn is_guided_now(&self) -> bool {
+        self.guides.iter().any(FrameGuides::in_the_making)
+    }
+
+    /// Leases that are held.
+    pub fn leases(&self) -> usize {
+        self.units.leased().len()
+    }
+
+    /// Leases that a worker holds.
+    pub fn leases_of(&self, worker: WorkerId) -> u32 {
+        self.units.holders().get(&worker).copied().unwrap_or(0)
+    }
+
+    /// Workers that hold leases.
+    pub fn workers(&self) -> usize {
+        self.units.holders().len()
+    }
+
     /// Whether a result for this lease would count now.
     pub fn awaits(&self, unit: u32, epoch: u32) -> bool {
         !self.state.is_final()
-            && self.units.get(unit).is_some_and(|u| u.epoch == epoch && epoch > 0 && !matches!(u.state, UnitState::Done { .. }))
+            && self.units.get(unit).is_some_and(|u| u.epoch == epoch && epoch > 0 && !u.state.is_settled())
+            && !self.witnesses(unit).iter().any(|witness| witness.epoch == epoch)
+    }
+
+    /// Whether this very result was taken in already.
+    pub fn has_taken(&self, unit: u32, epoch: u32, content: Digest) -> bool {
+        let done = |u: &Unit| u.epoch == epoch && matches!(u.state, UnitState::Done { content: c, .. } if c == content);
+        self.units.get(unit).is_some_and(done) || self.witnesses(unit).iter().any(|w| (w.epoch, w.content) == (epoch, content))
     }
 
     /// Units that are done.
@@ -181,15 +244,9 @@ impl Job {
         let mut actions = Vec::new();
         for index in self.units.leased().clone() {
             if let Some(worker) = self.units.release(index)
-                && let Some(unit) = self.units.get(index)
+                && let Some(epoch) = self.units.get(index).map(|unit| unit.epoch)
             {
-                actions.push(Action::Keep(Change::Freed {
-                    job: self.record.id,
-                    unit: index,
-                    failures: unit.failures,
-                    losses: unit.losses,
-                }));
-                actions.push(Action::Revoke { unit: index, epoch: unit.epoch, worker });
+                actions.extend([self.freed(index), Action::Revoke { unit: index, epoch, worker }]);
             }
         }
         self.guides.iter_mut().for_each(FrameGuides::drop_all);
@@ -201,7 +258,7 @@ impl Job {
         self.error = error;
         self.finished = Some(now);
         let partial: Vec<u32> = (0..self.split.frames())
-            .filter(|p| !matches!(self.frames[*p as usize].state, FrameState::Waiting | FrameState::Done))
+            .filter(|p| !matches!(self.frames[*p as usize].state, FrameState::Waiting | FrameState::Done | FrameState::Failed))
             .collect();
         actions.extend(partial.into_iter().map(|position| self.kept_frame(position)));
         actions.push(self.kept());

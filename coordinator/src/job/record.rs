@@ -4,13 +4,16 @@ use gradfarm_core::lattice::Moment;
 use gradfarm_core::plan::Plan;
 use gradfarm_proto::Digest;
 
+use super::evidence::Attempt;
 use super::frame::Frame;
 use super::identity::{JobId, WorkerId};
+use super::needs::Needs;
 use super::state::{FileKind, JobState};
+use super::verify::Witness;
 use super::windows::SolvedWindow;
 use crate::clock::Timestamp;
 
-/// What never changes about a job.
+/// What never changes about a job, but for its priority.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobRecord {
     /// Its name for the farm.
@@ -35,6 +38,8 @@ pub struct JobRecord {
     pub frame_count: u32,
     /// The moments that the frames show, in order. Kept, so that no later version of this software splits them otherwise.
     pub moments: Vec<Moment>,
+    /// What it asks of the farm.
+    pub needs: Needs,
 }
 
 /// A result that counts.
@@ -115,6 +120,44 @@ pub enum Change {
         failures: u32,
         /// How often its worker was lost so far.
         losses: u32,
+        /// Whether it is given up, or is to be tried again.
+        given_up: bool,
+    },
+    /// An attempt at a unit came to nothing.
+    Attempt {
+        /// The job.
+        job: JobId,
+        /// The unit.
+        unit: u32,
+        /// How many attempts were noted before.
+        number: u32,
+        /// What is known of it.
+        attempt: Attempt,
+    },
+    /// What a worker gave for a unit that others render, too. Its lease is over.
+    Witness {
+        /// The job.
+        job: JobId,
+        /// The unit.
+        unit: u32,
+        /// What it gave.
+        witness: Witness,
+    },
+    /// A unit's result counts no longer: its worker was found to give wrong ones. The unit waits under a new epoch.
+    Withdrawn {
+        /// The job.
+        job: JobId,
+        /// The unit.
+        unit: u32,
+        /// The new epoch.
+        epoch: u32,
+    },
+    /// The job's priority.
+    Priority {
+        /// The job.
+        job: JobId,
+        /// Higher goes first.
+        priority: i32,
     },
     /// A unit's result counts. Refused unless the stored epoch is this one and the unit is not done.
     Delivered {
@@ -124,6 +167,8 @@ pub enum Change {
         unit: u32,
         /// The epoch of the lease.
         epoch: u32,
+        /// Who made it.
+        worker: WorkerId,
         /// The result.
         result: DeliveredRecord,
     },
@@ -191,8 +236,12 @@ pub struct StoredJob {
     pub windows: Vec<(u32, SolvedWindow)>,
     /// Frames that something was kept of, by position.
     pub frames: Vec<(u32, Frame)>,
-    /// Units that were ever leased, in order; empty for jobs that are done.
+    /// Units that were ever leased, in order; empty for jobs that are done with no unit given up.
     pub units: Vec<StoredUnit>,
+    /// Attempts that came to nothing, by unit, in order.
+    pub attempts: Vec<(u32, Attempt)>,
+    /// What workers gave for units that are compared, by unit, in order.
+    pub witnesses: Vec<(u32, Witness)>,
 }
 
 /// A unit that was leased at least once.
@@ -206,8 +255,12 @@ pub struct StoredUnit {
     pub failures: u32,
     /// How often its worker was lost.
     pub losses: u32,
+    /// Whether it is given up.
+    pub given_up: bool,
     /// Who holds it.
     pub lease: Option<WorkerId>,
     /// Its result.
     pub result: Option<DeliveredRecord>,
+    /// Who made the result.
+    pub worker: Option<WorkerId>,
 }

@@ -49,12 +49,14 @@ pub enum FrameState {
     Assembling,
     /// Its files are there.
     Done,
+    /// It could not be assembled.
+    Failed,
 }
 
 impl FrameState {
     /// Every state.
-    pub const ALL: [FrameState; 5] =
-        [FrameState::Waiting, FrameState::Rendering, FrameState::Rendered, FrameState::Assembling, FrameState::Done];
+    pub const ALL: [FrameState; 6] =
+        [FrameState::Waiting, FrameState::Rendering, FrameState::Rendered, FrameState::Assembling, FrameState::Done, FrameState::Failed];
 
     /// Name in reports, JSON and the store.
     pub fn name(self) -> &'static str {
@@ -64,6 +66,7 @@ impl FrameState {
             FrameState::Rendered => "rendered",
             FrameState::Assembling => "assembling",
             FrameState::Done => "done",
+            FrameState::Failed => "failed",
         }
     }
 }

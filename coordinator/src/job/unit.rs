@@ -1,6 +1,6 @@
 //! The units of a job and the sets they are in: ready, leased, done.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use gradfarm_proto::Digest;
 
@@ -38,7 +38,18 @@ pub enum UnitState {
     Done {
         /// Digest of the result's encoding.
         content: Digest,
+        /// Who made it; results of older versions do not say.
+        worker: Option<WorkerId>,
     },
+    /// It failed so often that its frame goes on without it.
+    GivenUp,
+}
+
+impl UnitState {
+    /// Whether nothing more is to be expected of it.
+    pub fn is_settled(&self) -> bool {
+        matches!(self, UnitState::Done { .. } | UnitState::GivenUp)
+    }
 }
 
 /// The units of a job, by number. Of each frame there are the first ones only, as far as it is to go: a frame that stops early never
@@ -50,12 +61,20 @@ pub(super) struct Units {
     frames: Vec<Vec<Unit>>,
     ready: BTreeSet<u32>,
     leased: BTreeSet<u32>,
+    /// How many of these each worker has.
+    holders: BTreeMap<WorkerId, u32>,
 }
 
 impl Units {
     /// Frames with room for so many units each, and no unit yet.
     pub(super) fn closed(frames: u32, per_frame: u32) -> Self {
-        Self { per_frame, frames: vec![Vec::new(); frames as usize], ready: BTreeSet::new(), leased: BTreeSet::new() }
+        Self {
+            per_frame,
+            frames: vec![Vec::new(); frames as usize],
+            ready: BTreeSet::new(),
+            leased: BTreeSet::new(),
+            holders: BTreeMap::new(),
+        }
     }
 
     /// Makes the units of a frame up to the `upto`-th, ready where they are new.
@@ -73,9 +92,10 @@ impl Units {
         let first = frame * self.per_frame;
         let Some(units) = self.frames.get_mut(frame as usize) else { return Vec::new() };
         let gone: Vec<(u32, Unit)> = (first + upto..).zip(units.drain((upto as usize).min(units.len())..)).collect();
-        for (index, _) in &gone {
+        for (index, unit) in &gone {
             self.ready.remove(index);
             self.leased.remove(index);
+            self.drop_holder(unit.state);
         }
         gone
     }
@@ -120,11 +140,15 @@ impl Units {
     /// Puts a unit into a state, and into the set that goes with it.
     pub(super) fn set(&mut self, index: u32, state: UnitState) {
         let Some(unit) = self.get_mut(index) else { return };
-        unit.state = state;
+        let before = std::mem::replace(&mut unit.state, state);
+        self.drop_holder(before);
+        if let UnitState::Leased { worker, .. } = state {
+            *self.holders.entry(worker).or_insert(0) += 1;
+        }
         let (ready, leased) = match state {
             UnitState::Ready => (true, false),
             UnitState::Leased { .. } => (false, true),
-            UnitState::Done { .. } => (false, false),
+            UnitState::Done { .. } | UnitState::GivenUp => (false, false),
         };
         if ready {
             self.ready.insert(index)
@@ -138,6 +162,23 @@ impl Units {
         };
     }
 
+    /// One lease less of whoever had it, if it was one.
+    fn drop_holder(&mut self, state: UnitState) {
+        if let UnitState::Leased { worker, .. } = state
+            && let Some(leases) = self.holders.get_mut(&worker)
+        {
+            *leases -= 1;
+            if *leases == 0 {
+                self.holders.remove(&worker);
+            }
+        }
+    }
+
+    /// How many leases each worker has.
+    pub(super) fn holders(&self) -> &BTreeMap<WorkerId, u32> {
+        &self.holders
+    }
+
     /// Returns a leased unit to the ready ones, and says who had it. `None`, and no change, if it is not leased.
     pub(super) fn release(&mut self, index: u32) -> Option<WorkerId> {
         match self.get(index)?.state {
@@ -145,7 +186,7 @@ impl Units {
                 self.set(index, UnitState::Ready);
                 Some(worker)
             }
-            UnitState::Ready | UnitState::Done { .. } => None,
+            UnitState::Ready | UnitState::Done { .. } | UnitState::GivenUp => None,
         }
     }
 }

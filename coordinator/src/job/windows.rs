@@ -43,6 +43,8 @@ pub enum WindowState {
     Solving,
     /// It is solved.
     Solved(SolvedWindow),
+    /// A tile of one of its moments was given up: it is not solved, and its moments are reconstructed one by one.
+    Broken,
 }
 
 impl WindowState {
@@ -52,6 +54,7 @@ impl WindowState {
             WindowState::Waiting => "waiting",
             WindowState::Solving => "solving",
             WindowState::Solved(_) => "solved",
+            WindowState::Broken => "broken",
         }
     }
 }
@@ -73,9 +76,22 @@ impl JobWindows {
         Some(Self { layout, states: vec![WindowState::Waiting; layout.len() as usize] })
     }
 
-    /// Whether all windows over a moment are solved.
-    fn are_solved_over(&self, position: u32) -> bool {
-        self.layout.over(position).all(|window| matches!(self.states[window as usize], WindowState::Solved(_)))
+    /// Whether a moment waits for no window: all over it are solved, or one never will be.
+    fn are_settled_over(&self, position: u32) -> bool {
+        let state = |window: u32| &self.states[window as usize];
+        self.is_broken_over(position) || self.layout.over(position).all(|window| matches!(state(window), WindowState::Solved(_)))
+    }
+
+    /// Whether a window over a moment will not be solved.
+    pub(super) fn is_broken_over(&self, position: u32) -> bool {
+        self.layout.over(position).any(|window| self.states[window as usize] == WindowState::Broken)
+    }
+
+    /// Marks the windows over a moment that cannot be solved.
+    pub(super) fn break_over(&mut self, position: u32) -> Vec<u32> {
+        let hit: Vec<u32> = self.layout.over(position).filter(|w| self.states[*w as usize] != WindowState::Broken).collect();
+        hit.iter().for_each(|window| self.states[*window as usize] = WindowState::Broken);
+        hit
     }
 
     /// Nothing is being solved any more.
@@ -97,23 +113,24 @@ impl Job {
 
     /// Whether all units of a moment are there.
     pub(super) fn is_in(&self, position: u32) -> bool {
-        matches!(self.frames[position as usize].state, FrameState::Assembling | FrameState::Done) || self.has_all_units(position)
+        let over = matches!(self.frames[position as usize].state, FrameState::Assembling | FrameState::Done | FrameState::Failed);
+        over || self.has_all_units(position)
     }
 
     /// Whether a moment waits for nothing but to be assembled.
     pub(super) fn is_complete(&self, position: u32) -> bool {
-        self.has_all_units(position) && self.windows.as_ref().is_none_or(|windows| windows.are_solved_over(position))
+        self.has_all_units(position) && self.windows.as_ref().is_none_or(|windows| windows.are_settled_over(position))
     }
 
     /// What windows over a moment say of it, in their order, with how they went.
     pub fn shares(&self, position: u32) -> Vec<(ShareRecord, &SolvedWindow)> {
-        let Some(windows) = &self.windows else { return Vec::new() };
+        let Some(windows) = self.windows.as_ref().filter(|windows| !windows.is_broken_over(position)) else { return Vec::new() };
         let share = |window: u32| match &windows.states[window as usize] {
             WindowState::Solved(solved) => {
                 let place = position - windows.layout.moments(window).start;
                 solved.shares.get(place as usize).map(|share| (*share, solved))
             }
-            WindowState::Waiting | WindowState::Solving => None,
+            WindowState::Waiting | WindowState::Solving | WindowState::Broken => None,
         };
         windows.layout.over(position).filter_map(share).collect()
     }
@@ -140,6 +157,9 @@ impl Job {
         let over = windows.layout.over(position);
         let mut actions = vec![Action::Tell(News::Frame(position))];
         actions.extend(self.begin_windows(over));
+        if self.is_complete(position) {
+            actions.extend(self.finish_frame(position));
+        }
         actions
     }
 
@@ -156,5 +176,35 @@ impl Job {
             }
         }
         actions
+    }
+
+    /// These windows will not be solved: of their moments all but one, which is seen to elsewhere, are assembled if they wait for nothing else.
+    pub(super) fn assemble_under(&mut self, broken: Vec<u32>, but: u32) -> Vec<Action> {
+        let Some(layout) = self.windows.as_ref().map(|windows| windows.layout) else { return Vec::new() };
+        let mut actions = Vec::new();
+        for window in broken {
+            actions.push(Action::Tell(News::Window(window)));
+            for moment in layout.moments(window) {
+                if moment != but && self.is_complete(moment) && !self.is_measured_now(moment) {
+                    actions.extend(self.finish_frame(moment));
+                }
+            }
+        }
+        actions
+    }
+
+    /// Lets windows begin again whose moments lack nothing any more; the moments under them.
+    pub(super) fn mend_windows(&mut self) -> std::collections::BTreeSet<u32> {
+        let Some(windows) = &mut self.windows else { return std::collections::BTreeSet::new() };
+        let mut mended = std::collections::BTreeSet::new();
+        for window in 0..windows.layout.len() {
+            let moments = windows.layout.moments(window);
+            let whole = moments.clone().all(|position| self.frames[position as usize].failed_units == 0);
+            if whole && windows.states[window as usize] == WindowState::Broken {
+                windows.states[window as usize] = WindowState::Waiting;
+                mended.extend(moments);
+            }
+        }
+        mended
     }
 }

@@ -10,6 +10,7 @@ pub struct Aside {
     in_a_row: u32,
     times: u32,
     until: Option<Timestamp>,
+    lies: u32,
 }
 
 impl Aside {
@@ -29,6 +30,17 @@ impl Aside {
             self.times += 1;
             self.in_a_row = 0;
         }
+    }
+
+    /// A result of the worker was shown to be wrong.
+    pub fn lied(&mut self, now: Timestamp) {
+        self.lies += 1;
+        self.until = Some(now + Self::LONGEST);
+    }
+
+    /// Results of the worker that were shown to be wrong.
+    pub fn lies(&self) -> u32 {
+        self.lies
     }
 
     /// A result of the worker counted: all is forgiven.

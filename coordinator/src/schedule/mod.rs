@@ -2,8 +2,12 @@
 
 pub mod aside;
 pub mod assign;
+pub mod share;
 pub mod split;
+pub mod waiting;
 
 pub use aside::Aside;
 pub use assign::{Queue, choose};
+pub use share::Shares;
 pub use split::{Place, Split, TooManyUnits};
+pub use waiting::{Facts, Reached, Waiting};

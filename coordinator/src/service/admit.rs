@@ -5,9 +5,10 @@ use gradfarm_core::plan::{self, Plan, Request};
 use gradfarm_core::scene::SceneDescription;
 use gradfarm_proto::{Digest, Manifest, block, limits};
 
+use super::rules::Rules;
 use super::submission::{Frames, Submission};
 use crate::error::Error;
-use crate::job::{JobId, JobRecord, Timestamp};
+use crate::job::{JobId, JobRecord, Needs, Timestamp};
 use crate::oidn;
 use crate::schedule::Split;
 use crate::store::Blobs;
@@ -21,13 +22,39 @@ const GUIDED_TILE: u32 = 256;
 /// Most counters that a block is expected to carry.
 const COUNTERS: usize = limits::LINES;
 
+/// A submission that was found right.
+pub(super) struct Checked {
+    /// The record of the job to be.
+    pub(super) record: JobRecord,
+    /// Files that are not stored yet, by content.
+    pub(super) missing: Vec<Digest>,
+    description: Bytes,
+    manifest: Bytes,
+}
+
 /// Checks and plans a submission, stores its description and manifest, and writes the record of the job to be.
 ///
 /// # Errors
 /// What is wrong with it.
-pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp) -> Result<JobRecord, Error> {
+pub(super) async fn admit(submission: Submission, blobs: &Blobs, rules: &Rules, now: Timestamp) -> Result<JobRecord, Error> {
+    let Checked { record, missing, description, manifest } = check(submission, blobs, rules, now).await?;
+    if !missing.is_empty() {
+        return Err(Error::MissingAssets { digests: missing });
+    }
+    blobs.put(description).await?;
+    blobs.put(manifest).await?;
+    Ok(record)
+}
+
+/// Checks and plans a submission, and stores nothing.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) async fn check(submission: Submission, blobs: &Blobs, rules: &Rules, now: Timestamp) -> Result<Checked, Error> {
     check_fields(&submission)?;
-    let Submission { name, description, assets, request, tile, frames, priority, client_token } = submission;
+    check_needs(&submission, rules)?;
+    let Submission { name, description, assets, request, tile, frames, priority, client_token, needs, verify, paused: _ } = submission;
+    let needs = Needs { verify: verify.unwrap_or(rules.verify), ..needs };
     // A long description takes a while to read and check: not on an async thread.
     let planned = tokio::task::spawn_blocking(move || {
         let scene = SceneDescription::from_json(&description, "scene")?;
@@ -57,12 +84,10 @@ pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp)
             missing.push(*digest);
         }
     }
-    if !missing.is_empty() {
-        return Err(Error::MissingAssets { digests: missing });
-    }
-    let description = blobs.put(Bytes::from(description)).await?;
-    let scene = blobs.put(Manifest { description, assets }.encode()).await?;
-    Ok(JobRecord {
+    let description = Bytes::from(description);
+    let manifest = Manifest { description: Digest::of(&description), assets }.encode();
+    let scene = Digest::of(&manifest);
+    let record = JobRecord {
         id: JobId::fresh(),
         name,
         priority,
@@ -74,7 +99,9 @@ pub(super) async fn admit(submission: Submission, blobs: &Blobs, now: Timestamp)
         first_frame: frames.first,
         frame_count: frames.count,
         moments,
-    })
+        needs,
+    };
+    Ok(Checked { record, missing, description, manifest })
 }
 
 fn check_fields(submission: &Submission) -> Result<(), Error> {
@@ -105,6 +132,25 @@ fn check_fields(submission: &Submission) -> Result<(), Error> {
         return invalid("description", format!("{} bytes long", submission.description.len()), format!("at most {} bytes", limits::ASSET));
     }
     Ok(())
+}
+
+fn check_needs(submission: &Submission, rules: &Rules) -> Result<(), Error> {
+    let needs = &submission.needs;
+    if let Some(unknown) = needs.limits.iter().find(|name| !rules.limits.contains_key(*name)) {
+        let known: Vec<&str> = rules.limits.keys().map(String::as_str).collect();
+        let expected =
+            if known.is_empty() { "none, for this farm has no limits".to_owned() } else { format!("one of {}", known.join(", ")) };
+        return Err(Error::Invalid { what: "limit", found: unknown.clone(), expected });
+    }
+    if needs.most_workers == Some(0) {
+        return Err(Error::Invalid { what: "max_workers", found: "0".into(), expected: "1 or more".into() });
+    }
+    match submission.verify {
+        Some(share) if !(0.0..=1.0).contains(&share) => {
+            Err(Error::Invalid { what: "verify", found: share.to_string(), expected: "a share from 0 to 1".into() })
+        }
+        _ => Ok(()),
+    }
 }
 
 fn check_blocks(plan: &Plan, split: &Split) -> Result<(), Error> {

@@ -119,18 +119,21 @@ impl Handle {
 
     /// Accepts a job. On a shared store it is stored first and then handed to the loop: whether a client's token was used before, only the
     /// store knows, and the loop must not stumble over it.
-    pub(super) async fn accept(&self, record: JobRecord) -> Result<JobId, Error> {
+    pub(super) async fn accept(&self, record: JobRecord, paused: bool) -> Result<JobId, Error> {
         let record = Box::new(record);
         let Some(cluster) = self.store.cluster() else {
-            return self.ask(|reply| Command::Submit { record, kept: false, reply }).await?;
+            return self.ask(|reply| Command::Submit { record, kept: false, paused, reply }).await?;
         };
-        match self.store.commit(&[Change::Submitted(record.clone())]).await {
-            Ok(()) => self.ask(|reply| Command::Submit { record, kept: true, reply }).await?,
+        let mut changes = vec![Change::Submitted(record.clone())];
+        changes.extend(paused.then_some(Change::Paused { job: record.id, paused }));
+        match self.store.commit(&changes).await {
+            Ok(()) => self.ask(|reply| Command::Submit { record, kept: true, paused, reply }).await?,
             Err(StoreError::Conflict { change }) => {
                 let token = record.client_token.clone().unwrap_or_default();
                 let known = cluster.job_of_token(&token).await?.ok_or(StoreError::Conflict { change })?;
-                let JobRecord { id, created, .. } = known.clone();
-                if known == (JobRecord { id, created, ..*record }) { Ok(id) } else { Err(Error::TokenReused { token, job: id }) }
+                // Its priority may have been changed since.
+                let JobRecord { id, created, priority, .. } = known.clone();
+                if known == (JobRecord { id, created, priority, ..*record }) { Ok(id) } else { Err(Error::TokenReused { token, job: id }) }
             }
             Err(error) => Err(error.into()),
         }

@@ -10,13 +10,13 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::dispatch::Dispatcher;
 use crate::error::Error;
-use crate::job::{Answer, Assembled, DeliveredRecord, JobId, JobRecord, Measured, SolvedWindow, StoredJob, WorkerId};
+use crate::job::{Answer, Assembled, Capabilities, DeliveredRecord, JobId, JobRecord, Measured, SolvedWindow, StoredJob, WorkerId};
 use crate::store::StoreError;
 
 /// One thing to do. Answers are sent after everything they rest on is durable.
 pub(crate) enum Command {
     /// Accept a job, which is stored already if it is `kept`.
-    Submit { record: Box<JobRecord>, kept: bool, reply: oneshot::Sender<Result<JobId, Error>> },
+    Submit { record: Box<JobRecord>, kept: bool, paused: bool, reply: oneshot::Sender<Result<JobId, Error>> },
     /// Call a job off.
     Cancel { job: JobId, reply: oneshot::Sender<Result<(), Error>> },
     /// Pause a job, or let it go on.
@@ -25,6 +25,10 @@ pub(crate) enum Command {
     Adopt { outcome: Result<Vec<StoredJob>, StoreError> },
     /// Forget jobs that were over for so long.
     Forget { keep: Duration },
+    /// Change a job's priority.
+    Prioritise { job: JobId, priority: i32, reply: oneshot::Sender<Result<(), Error>> },
+    /// Try again what failed, in one frame by number or in all.
+    Retry { job: JobId, frame: Option<u32>, reply: oneshot::Sender<Result<(), Error>> },
     /// Look at the state; the closure answers by itself.
     Look(Box<dyn FnOnce(&mut Dispatcher) + Send>),
     /// A worker opened its stream.
@@ -32,7 +36,7 @@ pub(crate) enum Command {
     /// A worker would take more leases.
     Credit { from: SessionKey, leases: u32 },
     /// A worker is alive and holds these.
-    Heartbeat { from: SessionKey, held: Vec<LeaseName>, scenes: Vec<Digest> },
+    Heartbeat { from: SessionKey, held: Vec<LeaseName>, scenes: Vec<Digest>, progress: Vec<(LeaseName, u64)> },
     /// A worker hands leases back.
     Returned { from: SessionKey, leases: Vec<LeaseName> },
     /// A worker failed a unit, or delivered nonsense.
@@ -67,7 +71,7 @@ pub(crate) struct Hello {
     pub(crate) protocol: u32,
     pub(crate) name: String,
     pub(crate) version: String,
-    pub(crate) threads: u32,
+    pub(crate) capabilities: Capabilities,
     pub(crate) held: Vec<LeaseName>,
     pub(crate) scenes: Vec<Digest>,
 }

@@ -15,11 +15,12 @@ use super::command::{Command, Hello, SessionKey};
 use super::grant::grants;
 use super::look;
 use super::roster::Roster;
+use super::rules::Rules;
 use super::view::JobEvent;
 use crate::clock::{Clock, Timestamp};
 use crate::error::Error;
-use crate::job::{self, Action, Answer, Change, Errand, Event, Job, JobId, JobRecord, News, WorkerId};
-use crate::schedule::{Queue, choose};
+use crate::job::{self, Action, Answer, Change, Errand, Event, Job, JobId, News, WorkerId};
+use crate::schedule::Shares;
 use crate::store::Store;
 
 /// Most commands in one turn, so that nobody waits for long.
@@ -40,12 +41,21 @@ pub(crate) struct Dispatcher {
     /// Why the loop must end.
     pub(super) broken: Option<Error>,
     /// Until then no lease runs out: the loop itself was held up.
-    patient_until: Timestamp,
+    pub(super) patient_until: Timestamp,
     /// Jobs that are not over.
-    open: BTreeSet<JobId>,
+    pub(super) open: BTreeSet<JobId>,
+    /// What the operator decided.
+    pub(super) rules: Arc<Rules>,
+    /// What projects were given.
+    pub(super) shares: Shares,
+    /// What projects were charged with for leases that are held [s].
+    pub(super) charged: BTreeMap<(JobId, u32), f64>,
+    /// How often leases are looked over, and when next.
+    pub(super) sweep: Duration,
+    pub(super) next_sweep: Timestamp,
     pub(super) tokens: BTreeMap<String, JobId>,
     pub(super) watchers: BTreeMap<JobId, broadcast::Sender<JobEvent>>,
-    store: Arc<dyn Store>,
+    pub(super) store: Arc<dyn Store>,
     assembler: Assembler,
 }
 
@@ -54,6 +64,8 @@ pub(crate) struct Dispatcher {
 pub(super) struct Turn {
     pub(super) changes: Vec<Change>,
     pub(super) effects: Vec<Effect>,
+    /// Workers that were shown to be wrong, with the job and the unit.
+    pub(super) liars: Vec<(WorkerId, JobId, u32)>,
 }
 
 /// What is done once the turn's changes are durable.
@@ -72,6 +84,7 @@ impl Dispatcher {
         store: Arc<dyn Store>,
         heartbeat: Duration,
         ttl: Duration,
+        rules: Arc<Rules>,
         assembler: Assembler,
     ) -> Result<(Self, Vec<(JobId, Errand)>), Error> {
         let clock = Clock::new();
@@ -84,6 +97,11 @@ impl Dispatcher {
             broken: None,
             patient_until: clock.now(),
             open: BTreeSet::new(),
+            shares: Shares::new(rules.weights.clone()),
+            rules,
+            charged: BTreeMap::new(),
+            sweep: (ttl / 10).clamp(Duration::from_millis(10), Duration::from_millis(500)),
+            next_sweep: clock.now(),
             tokens: BTreeMap::new(),
             watchers: BTreeMap::new(),
             store,
@@ -104,7 +122,7 @@ impl Dispatcher {
         mut commands: mpsc::Receiver<Command>,
         stop: impl Future<Output = ()>,
     ) -> Result<(), Error> {
-        let mut tick = tokio::time::interval((self.ttl / 10).clamp(Duration::from_millis(10), Duration::from_millis(500)));
+        let mut tick = tokio::time::interval(self.sweep);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         tokio::pin!(stop);
         for (job, errand) in pending {
@@ -128,6 +146,7 @@ impl Dispatcher {
                 }
             }
             self.expire(&mut turn);
+            self.distrust(&mut turn);
             self.assign(&mut turn);
             if !turn.changes.is_empty() {
                 let before = self.now();
@@ -146,7 +165,7 @@ impl Dispatcher {
         Ok(())
     }
 
-    fn now(&self) -> Timestamp {
+    pub(super) fn now(&self) -> Timestamp {
         self.clock.now()
     }
 
@@ -163,8 +182,8 @@ impl Dispatcher {
 
     fn take(&mut self, command: Command, turn: &mut Turn) {
         match command {
-            Command::Submit { record, kept, reply } => {
-                let outcome = self.submit(*record, kept, turn);
+            Command::Submit { record, kept, paused, reply } => {
+                let outcome = self.submit(*record, kept, paused, turn);
                 turn.effects.push(answer(reply, outcome));
             }
             Command::Cancel { job, reply } => {
@@ -177,6 +196,14 @@ impl Dispatcher {
             }
             Command::Adopt { outcome } => self.adopt(outcome, turn),
             Command::Forget { keep } => self.forget(keep, turn),
+            Command::Prioritise { job, priority, reply } => {
+                let outcome = self.prioritise(job, priority, turn);
+                turn.effects.push(answer(reply, outcome));
+            }
+            Command::Retry { job, frame, reply } => {
+                let outcome = self.retry(job, frame, turn);
+                turn.effects.push(answer(reply, outcome));
+            }
             Command::Look(look) => turn.effects.push(Effect::Look(look)),
             Command::Connect { hello, outbox, reply } => {
                 let key = self.connect(&hello, outbox, turn);
@@ -189,10 +216,11 @@ impl Dispatcher {
                     session.credit = session.credit.saturating_add(leases).min(gradfarm_proto::limits::LEASES as u32);
                 }
             }
-            Command::Heartbeat { from, held, scenes } => {
+            Command::Heartbeat { from, held, scenes, progress } => {
                 let now = self.now();
                 if let Some(session) = self.roster.current(from) {
                     session.hear(now);
+                    session.note_progress(&progress, now);
                     session.scenes = scenes.into_iter().collect();
                     self.renew(from.worker, &held, turn);
                 }
@@ -228,52 +256,11 @@ impl Dispatcher {
         }
     }
 
-    fn submit(&mut self, record: JobRecord, kept: bool, turn: &mut Turn) -> Result<JobId, Error> {
-        if let Some(token) = &record.client_token
-            && let Some(known) = self.tokens.get(token).and_then(|id| self.jobs.get(id))
-        {
-            let JobRecord { id, created, .. } = known.record.clone();
-            let same = known.record == JobRecord { id, created, ..record.clone() };
-            return if same { Ok(id) } else { Err(Error::TokenReused { token: token.clone(), job: id }) };
-        }
-        let id = record.id;
-        if kept && self.jobs.contains_key(&id) {
-            // The store handed it out before this came.
-            return Ok(id);
-        }
-        tracing::info!(job = %id, name = %record.name, "job submitted");
-        let (job, mut actions) = job::submit(record)?;
-        actions.retain(|action| !(kept && matches!(action, Action::Keep(Change::Submitted(_)))));
-        self.admit(job);
-        self.sort(id, actions, turn);
-        Ok(id)
-    }
-
-    fn cancel(&mut self, job: JobId, turn: &mut Turn) -> Result<(), Error> {
-        let found = self.jobs.get(&job).ok_or(Error::NoJob(job))?;
-        match found.state {
-            job::JobState::Cancelled => return Ok(()),
-            state if state.is_final() => return Err(Error::Over { job, state: state.name() }),
-            _ => {}
-        }
-        self.apply(job, Event::Cancelled, turn);
-        Ok(())
-    }
-
-    fn pause(&mut self, job: JobId, paused: bool, turn: &mut Turn) -> Result<(), Error> {
-        let found = self.jobs.get(&job).ok_or(Error::NoJob(job))?;
-        if found.state.is_final() {
-            return Err(Error::Over { job, state: found.state.name() });
-        }
-        self.apply(job, Event::Paused { paused }, turn);
-        Ok(())
-    }
-
     fn connect(&mut self, hello: &Hello, outbox: mpsc::Sender<v1::CoordinatorMessage>, turn: &mut Turn) -> SessionKey {
         let (now, worker) = (self.now(), hello.worker);
         let key = self.roster.connect(hello, outbox, now);
-        tracing::info!(%worker, name = %hello.name, threads = hello.threads, "worker connected");
-        let Hello { name, version, threads, .. } = hello.clone();
+        tracing::info!(%worker, name = %hello.name, threads = hello.capabilities.threads, pool = %hello.capabilities.pool, "worker connected");
+        let (name, version, threads) = (hello.name.clone(), hello.version.clone(), hello.capabilities.threads);
         turn.changes.push(Change::Worker { worker, name, version, threads, at: now });
         let millis = |span: Duration| u32::try_from(span.as_millis()).unwrap_or(u32::MAX);
         let welcome = v1::Welcome {
@@ -294,91 +281,22 @@ impl Dispatcher {
         key
     }
 
-    fn disconnect(&mut self, from: SessionKey, turn: &mut Turn) {
-        if self.roster.disconnect(from) {
-            tracing::info!(worker = %from.worker, "worker disconnected");
-            for job in self.open.clone() {
-                self.apply(job, Event::Lost { worker: from.worker }, turn);
-            }
-        }
-    }
-
-    fn renew(&mut self, worker: WorkerId, held: &[LeaseName], turn: &mut Turn) {
-        let until = self.now() + self.ttl;
-        for lease in held {
-            let LeaseName { job, unit, epoch } = *lease;
-            let id = JobId::from_bytes(job);
-            if self.jobs.contains_key(&id) {
-                self.apply(id, Event::Renewed { unit, epoch, worker, until }, turn);
-            } else if self.store.cluster().is_none() {
-                turn.effects.push(revoke(worker, *lease));
-            }
-        }
-    }
-
-    fn expire(&mut self, turn: &mut Turn) {
-        let now = self.now();
-        if now < self.patient_until {
-            return;
-        }
-        let lapsed = |job: &Job| job.leased().any(|(_, unit)| matches!(unit.state, job::UnitState::Leased { until, .. } if until <= now));
-        let due = |job: &Job| (lapsed(job), job.has_frames_out_of_time(now));
-        let due: Vec<(JobId, (bool, bool))> =
-            self.open.iter().filter_map(|id| Some((*id, due(self.jobs.get(id)?)))).filter(|(_, due)| *due != (false, false)).collect();
-        for (job, (lapsed, _)) in due {
-            if lapsed {
-                tracing::warn!(%job, "leases ran out");
-            }
-            self.apply(job, Event::Expired, turn);
-        }
-    }
-
-    /// Gives ready units to workers with credit, one each in turn, until one of the two runs out.
-    fn assign(&mut self, turn: &mut Turn) {
-        let now = self.now();
-        let eligible = self.roster.eligible(now);
-        let others = eligible.len() > 1;
-        let mut hungry: Vec<WorkerId> = eligible;
-        while !hungry.is_empty() {
-            hungry.retain(|worker| self.assign_one(*worker, others, now, turn));
-        }
-    }
-
-    /// Gives one unit to a worker; whether there was one, and credit for it.
-    fn assign_one(&mut self, worker: WorkerId, others: bool, now: Timestamp, turn: &mut Turn) -> bool {
-        let Some(session) = self.roster.get_mut(worker).filter(|session| session.credit > 0) else { return false };
-        let mut offers = Vec::new();
-        for id in &self.open {
-            if let Some(job) = self.jobs.get(id)
-                && let Some(unit) = job.next_for(worker, others)
-            {
-                let served = job.leased().next().is_some();
-                offers.push((*id, unit, Queue { priority: job.record.priority, served, warm: session.scenes.contains(&job.record.scene) }));
-            }
-        }
-        let queues: Vec<Queue> = offers.iter().map(|(_, _, queue)| *queue).collect();
-        let Some((id, unit, _)) = choose(&queues).map(|position| offers[position]) else { return false };
-        session.credit -= 1;
-        if let Some(job) = self.jobs.get(&id) {
-            session.scenes.insert(job.record.scene);
-        }
-        self.apply(id, Event::Leased { unit, worker, until: now + self.ttl }, turn);
-        true
-    }
-
     /// Applies an event to a job and sorts what follows; the answer to a delivery, if there is one.
-    fn apply(&mut self, id: JobId, event: Event, turn: &mut Turn) -> Option<Answer> {
+    pub(super) fn apply(&mut self, id: JobId, event: Event, turn: &mut Turn) -> Option<Answer> {
         let now = self.now();
         let actions = job::apply(self.jobs.get_mut(&id)?, event, now);
         self.sort(id, actions, turn)
     }
 
-    fn sort(&mut self, id: JobId, actions: Vec<Action>, turn: &mut Turn) -> Option<Answer> {
+    pub(super) fn sort(&mut self, id: JobId, actions: Vec<Action>, turn: &mut Turn) -> Option<Answer> {
         let now = self.now();
         let mut answered = None;
         for action in actions {
             match action {
-                Action::Keep(change) => turn.changes.push(change),
+                Action::Keep(change) => {
+                    self.settle_charge(&change);
+                    turn.changes.push(change);
+                }
                 Action::Answer(answer) => answered = Some(answer),
                 Action::Grant { unit, epoch, worker } => {
                     turn.effects.push(Effect::Grant(worker, LeaseName { job: id.to_bytes(), unit, epoch }));
@@ -389,11 +307,17 @@ impl Dispatcher {
                 Action::Do(errand) => turn.effects.push(Effect::Do(id, errand)),
                 Action::Blame(worker) => self.roster.blame(worker, now),
                 Action::Praise(worker) => self.roster.praise(worker),
+                Action::Distrust { worker, unit } => turn.liars.push((worker, id, unit)),
                 Action::Tell(news) => turn.effects.push(Effect::Tell(id, news)),
             }
         }
-        if self.jobs.get(&id).is_some_and(|job| job.state.is_final()) {
-            self.open.remove(&id);
+        if let Some(job) = self.jobs.get(&id) {
+            // A job that is tried again is open again.
+            if job.state.is_final() {
+                self.open.remove(&id)
+            } else {
+                self.open.insert(id)
+            };
         }
         answered
     }
@@ -451,26 +375,9 @@ impl Dispatcher {
         }
     }
 
-    /// Leases of a worker in all open jobs.
-    fn leases_of(&self, worker: WorkerId) -> Vec<(JobId, u32, u32)> {
-        let of = |id: &JobId| {
-            let held = |(index, unit): (u32, &job::Unit)| match unit.state {
-                job::UnitState::Leased { worker: w, .. } if w == worker => Some((*id, index, unit.epoch)),
-                _ => None,
-            };
-            self.jobs.get(id).into_iter().flat_map(|job| job.leased()).filter_map(held).collect::<Vec<_>>()
-        };
-        self.open.iter().flat_map(of).collect()
-    }
-
     /// A job by name.
     pub(crate) fn job(&self, id: JobId) -> Option<&Job> {
         self.jobs.get(&id)
-    }
-
-    /// How many leases a worker holds.
-    pub(super) fn lease_count(&self, worker: WorkerId) -> u64 {
-        self.leases_of(worker).len() as u64
     }
 
     /// Watches a job: its events from now on, after its state and progress of this moment.
@@ -485,13 +392,13 @@ impl Dispatcher {
     }
 }
 
-fn answer<T: Send + 'static>(reply: oneshot::Sender<T>, value: T) -> Effect {
+pub(super) fn answer<T: Send + 'static>(reply: oneshot::Sender<T>, value: T) -> Effect {
     Effect::Reply(Box::new(move || {
         // Whoever asked may have gone away meanwhile.
         let _gone = reply.send(value);
     }))
 }
 
-fn revoke(worker: WorkerId, lease: LeaseName) -> Effect {
+pub(super) fn revoke(worker: WorkerId, lease: LeaseName) -> Effect {
     Effect::Send(worker, Message::Revoke(v1::Revoke { leases: vec![lease.into()] }))
 }

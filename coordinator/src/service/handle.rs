@@ -6,20 +6,23 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::StreamExt;
 use futures::stream::{self, BoxStream};
+use gradfarm_core::plan::Plan;
 use gradfarm_proto::{Digest, limits};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{broadcast, mpsc, oneshot};
 
-use super::admit::admit;
+use super::admit::{Checked, admit, check};
 use super::command::Command;
 use super::dispatch::Dispatcher;
 use super::look;
+use super::rules::Rules;
 use super::submission::Submission;
 use super::view::{AccuracyView, JobEvent, JobSummary, JobView, TileView, WorkerView};
 use crate::access::Gate;
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::job::{FileKind, JobId};
+use crate::job::{FileKind, JobId, Lack};
+use crate::schedule::Split;
 use crate::store::{Blobs, Store};
 use crate::tls::Secured;
 
@@ -32,6 +35,28 @@ pub struct Handle {
     pub(super) clock: Clock,
     pub(super) gate: Arc<Gate>,
     pub(super) secured: Option<Arc<Secured>>,
+    pub(super) rules: Arc<Rules>,
+}
+
+/// What would become of a submission.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DryRun {
+    /// The plan, with the reason for each choice.
+    pub plan: Plan,
+    /// Units that it falls into, at most.
+    pub units: u64,
+    /// Frames.
+    pub frames: u64,
+    /// Images: frames that show the same are one.
+    pub moments: u64,
+    /// Files that would have to be put first, by content.
+    pub missing: Vec<Digest>,
+    /// Workers that are connected.
+    pub workers: u64,
+    /// Of these, the ones that may render it.
+    pub fitting: u64,
+    /// What the others lack.
+    pub lacks: Vec<Lack>,
 }
 
 impl Handle {
@@ -76,8 +101,31 @@ impl Handle {
     /// # Errors
     /// What is wrong with the submission; [`Error::MissingAssets`] lists what to put first.
     pub async fn submit(&self, submission: Submission) -> Result<JobId, Error> {
-        let record = admit(submission, &self.blobs, self.clock.now()).await?;
-        self.accept(record).await
+        let paused = submission.paused;
+        let record = admit(submission, &self.blobs, &self.rules, self.clock.now()).await?;
+        self.accept(record, paused).await
+    }
+
+    /// Checks a submission and says what would become of it. Nothing is stored.
+    ///
+    /// # Errors
+    /// What is wrong with it; files that are missing are no error here.
+    pub async fn dry_run(&self, submission: Submission) -> Result<DryRun, Error> {
+        let Checked { record, missing, .. } = check(submission, &self.blobs, &self.rules, self.clock.now()).await?;
+        let split = Split::new(&record.plan, &record.moments, record.tile)?;
+        let needs = record.needs.clone();
+        let (workers, (fitting, lacks)) =
+            self.look(move |dispatcher| (dispatcher.roster.count() as u64, dispatcher.fitting(&needs))).await?;
+        Ok(DryRun {
+            units: u64::from(split.units()),
+            frames: u64::from(record.frame_count),
+            moments: u64::from(split.frames()),
+            plan: record.plan,
+            missing,
+            workers,
+            fitting: fitting as u64,
+            lacks,
+        })
     }
 
     /// All jobs, newest first.
@@ -93,7 +141,7 @@ impl Handle {
     /// # Errors
     /// [`Error::NoJob`].
     pub async fn get(&self, job: JobId) -> Result<JobView, Error> {
-        self.look(move |dispatcher| dispatcher.jobs.get(&job).map(look::view)).await?.ok_or(Error::NoJob(job))
+        self.look(move |dispatcher| dispatcher.jobs.get(&job).map(|found| look::view(found, dispatcher))).await?.ok_or(Error::NoJob(job))
     }
 
     /// The tiles of a frame, row by row.
@@ -136,6 +184,23 @@ impl Handle {
     /// As [`pause`](Self::pause).
     pub async fn resume(&self, job: JobId) -> Result<(), Error> {
         self.ask(|reply| Command::Pause { job, paused: false, reply }).await?
+    }
+
+    /// Changes how urgent a job is; higher goes first.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`], and [`Error::Over`] if it is over.
+    pub async fn prioritise(&self, job: JobId, priority: i32) -> Result<(), Error> {
+        self.ask(|reply| Command::Prioritise { job, priority, reply }).await?
+    }
+
+    /// Tries again what failed in a job, or in one frame of it, by its number: units that were given up get new chances, and everything that
+    /// is there stays.
+    ///
+    /// # Errors
+    /// [`Error::NoJob`], [`Error::NoFrame`], [`Error::Over`] if it was cancelled, [`Error::NothingFailed`].
+    pub async fn retry(&self, job: JobId, frame: Option<u32>) -> Result<(), Error> {
+        self.ask(|reply| Command::Retry { job, frame, reply }).await?
     }
 
     /// What happens to a job from now on, beginning with its state and progress; ends after a final state, or when the service

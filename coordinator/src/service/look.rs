@@ -3,10 +3,12 @@
 use gradfarm_core::accuracy::Curve;
 use gradfarm_core::lattice::Moment;
 
-use super::view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView};
+use super::dispatch::Dispatcher;
+use super::roster::Roster;
+use super::view::{AccuracyView, AttemptView, Count, FailedUnitView, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView};
 use crate::clock::Timestamp;
 use crate::error::Error;
-use crate::job::{FrameState, Job, News, Seconds, UnitState, WindowState};
+use crate::job::{Attempt, FrameState, Job, News, Seconds, UnitState, WindowState};
 use crate::schedule::Place;
 
 /// The line of a list.
@@ -24,13 +26,21 @@ pub(super) fn summary(job: &Job) -> JobSummary {
         started: job.started,
         finished: job.finished,
         frames: Count { done: frames_done, total: u64::from(job.record.frame_count) },
+        failed_units: job.frames.iter().map(|frame| u64::from(frame.failed_units)).sum(),
         units: units(job),
         samples: samples(job),
     }
 }
 
+fn failed_unit(job: &Job, unit: u32, roster: &Roster) -> FailedUnitView {
+    let work = job.split.work(unit);
+    let named = |attempt: &Attempt| AttemptView { name: roster.name(attempt.worker).map(str::to_owned), attempt: attempt.clone() };
+    FailedUnitView { tile: work.tile, samples: work.samples, attempts: job.attempts(unit).iter().map(named).collect() }
+}
+
 /// A job in full.
-pub(super) fn view(job: &Job) -> JobView {
+pub(super) fn view(job: &Job, dispatcher: &Dispatcher) -> JobView {
+    let roster = &dispatcher.roster;
     let frame = |(number, position): (u32, u32), frame: &crate::job::Frame| FrameView {
         number,
         moment: job.moment(position),
@@ -44,6 +54,9 @@ pub(super) fn view(job: &Job) -> JobView {
         samples_per_pixel: frame.goal,
         stopped: frame.stopped,
         error: frame.points.last().map(|point| point.error),
+        failed: job.given_up(position).map(|unit| failed_unit(job, unit, roster)).collect(),
+        suspect_units: frame.suspect_units,
+        failure: frame.failure.clone(),
     };
     let shown =
         (0u32..).zip(job.split.moments()).flat_map(|(position, moment)| (moment.first..moment.end).map(move |number| (number, position)));
@@ -55,6 +68,8 @@ pub(super) fn view(job: &Job) -> JobView {
         plan: job.record.plan.clone(),
         scene: job.record.scene,
         tile: job.record.tile,
+        needs: job.record.needs.clone(),
+        waiting: dispatcher.why_waiting(job),
         frames: shown.map(|at| frame(at, &job.frames[at.1 as usize])).collect(),
         windows: windows(job),
         seconds,
@@ -79,7 +94,7 @@ fn window_view(job: &Job, number: u32) -> Option<WindowView> {
     let (first, end) = (job.moment(moments.start).first, job.moment(moments.end.checked_sub(1)?).end);
     let seconds = match state {
         WindowState::Solved(solved) => Some(solved.stitch + solved.reconstruct),
-        WindowState::Waiting | WindowState::Solving => None,
+        WindowState::Waiting | WindowState::Solving | WindowState::Broken => None,
     };
     Some(WindowView { number, first, end, state: state.name(), seconds })
 }
@@ -123,13 +138,14 @@ pub(super) fn tiles(job: &Job, number: u32) -> Result<Vec<TileView>, Error> {
     let whole = job.frames[position as usize].state == FrameState::Done;
     let passes = job.split.passes_within(job.frames[position as usize].goal);
     let view = |(index, tile): (usize, &gradfarm_core::lattice::Tile)| {
-        let mut view = TileView { tile: *tile, units: Count { done: 0, total: u64::from(passes) }, leased: 0 };
+        let mut view = TileView { tile: *tile, units: Count { done: 0, total: u64::from(passes) }, leased: 0, failed: 0 };
         for pass in 0..passes {
             match job.unit(job.split.unit(Place { frame: position, pass, tile: index as u32 })).map(|unit| unit.state) {
                 Some(UnitState::Done { .. }) => view.units.done += 1,
                 Some(UnitState::Leased { .. }) => view.leased += 1,
                 // Units of finished jobs are not kept in memory.
                 None if whole => view.units.done += 1,
+                Some(UnitState::GivenUp) => view.failed += 1,
                 Some(UnitState::Ready) | None => {}
             }
         }

@@ -1,15 +1,23 @@
 //! The running coordinator: `Config` opens a `Service`, a `Handle` speaks to it, `run` serves workers until shut down.
 //!
-//! `dispatch` is the loop that owns jobs and workers, `grant` words its leases, `command` what it can be asked, `admit` checks submissions, `look` makes views.
+//! `dispatch` is the loop that owns jobs and workers, `leases` says who gets and keeps what, `grant` words it, `control` does what people
+//! ask of jobs, `command` is what it can be asked, `admit` checks submissions, `look` makes views.
 
 mod admit;
+mod book;
 mod cluster;
 pub(crate) mod command;
+mod control;
 pub(crate) mod dispatch;
+mod explain;
 mod grant;
 mod handle;
+mod leases;
+#[cfg(test)]
+mod load;
 mod look;
 mod roster;
+mod rules;
 mod submission;
 mod sweep;
 mod view;
@@ -26,9 +34,12 @@ use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 use uuid::Uuid;
 
-pub use handle::Handle;
+pub use handle::{DryRun, Handle};
+pub use rules::{LimitRule, ProjectRule, Rules};
 pub use submission::{Frames, Submission};
-pub use view::{AccuracyView, Count, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView, WorkerView};
+pub use view::{
+    AccuracyView, AttemptView, Count, FailedUnitView, FrameView, JobEvent, JobSummary, JobView, TileView, WindowView, WorkerView,
+};
 
 use crate::access::{Gate, OidcOptions};
 use crate::assemble::Workshop;
@@ -75,6 +86,8 @@ pub struct Config {
     pub heartbeat: Duration,
     /// How long a lease lives without a heartbeat.
     pub lease_ttl: Duration,
+    /// What the operator decided about the farm as a whole.
+    pub rules: Rules,
 }
 
 impl Config {
@@ -93,6 +106,7 @@ impl Config {
             oidc: None,
             heartbeat: Duration::from_secs(3),
             lease_ttl: Duration::from_secs(15),
+            rules: Rules::default(),
         }
     }
 }
@@ -146,6 +160,7 @@ impl Service {
         let blobs = blobs.open(config.durable)?.with_grace(config.blob_grace);
         let presence = Presence { place: place(&config.state).map_err(io)?, http: config.http, grpc: config.grpc };
         let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable, &presence).await?;
+        let rules = Arc::new(config.rules);
         let (sender, commands) = mpsc::channel(QUEUE);
         let gate = Gate::new(store.clone());
         let gate = Arc::new(match config.oidc.clone() {
@@ -153,13 +168,21 @@ impl Service {
             None => gate,
         });
         let secured = config.tls.as_ref().map(|options| Secured::open(options, store.clone())).transpose()?.map(Arc::new);
-        let handle = Handle { commands: sender, blobs: blobs.clone(), store: store.clone(), clock: Clock::new(), gate, secured };
+        let handle = Handle {
+            commands: sender,
+            blobs: blobs.clone(),
+            store: store.clone(),
+            clock: Clock::new(),
+            gate,
+            secured,
+            rules: rules.clone(),
+        };
         let commands_of_all = handle.commands.downgrade();
         let workshop = Workshop::new(commands_of_all.clone(), store.clone(), blobs.clone());
         let (grace, keep_jobs) = (config.blob_grace, config.keep_jobs);
         let sweeper = Sweeper { store: store.clone(), blobs, commands: commands_of_all, grace, keep_jobs };
         let assembler = Box::new(move |job: &crate::job::Job, errand| workshop.take(job, errand));
-        let (dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, assembler).await?;
+        let (dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, rules, assembler).await?;
         Ok(Self { handle, commands, dispatcher, pending, sweeper, _lock: lock })
     }
 

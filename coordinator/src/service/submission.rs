@@ -6,6 +6,8 @@ use gradfarm_core::plan::{Request, Timeline};
 use gradfarm_core::scene::SceneDescription;
 use gradfarm_proto::Digest;
 
+use crate::job::Needs;
+
 /// A job to be done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Submission {
@@ -25,6 +27,12 @@ pub struct Submission {
     pub priority: i32,
     /// Names this submission: sending it again with the same token gives the same job.
     pub client_token: Option<String>,
+    /// What it asks of the farm: project, pools, tags, amounts, limits. Its share of verified units is `verify`.
+    pub needs: Needs,
+    /// Share of its units that are rendered by two workers, 0 to 1; `None`: that of the farm.
+    pub verify: Option<f64>,
+    /// Whether it waits until somebody resumes it.
+    pub paused: bool,
 }
 
 impl Submission {

@@ -191,7 +191,7 @@ mod tests {
         let changes = [
             Change::Submitted(Box::new(record)),
             Change::Leased { job: id, unit: 0, epoch: 1, worker, at: Timestamp::from_millis(0) },
-            Change::Delivered { job: id, unit: 0, epoch: 1, result },
+            Change::Delivered { job: id, unit: 0, epoch: 1, worker, result },
             Change::File { job: id, position: 0, file: FileRecord { kind: FileKind::Png, blob: png, size: 3 } },
         ];
         farm.store.commit(&changes).await.unwrap();

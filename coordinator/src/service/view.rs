@@ -2,11 +2,12 @@
 
 use gradfarm_core::accuracy::{Curve, Estimate, Point, Reason, Stop};
 use gradfarm_core::film::Statistics;
-use gradfarm_core::lattice::{Moment, Tile};
+use gradfarm_core::lattice::{Moment, SampleRange, Tile};
 use gradfarm_core::plan::Plan;
 use gradfarm_proto::Digest;
 
-use crate::job::{FrameState, JobId, JobState, Seconds, Timestamp, WorkerId};
+use crate::job::{Attempt, Capabilities, FrameState, JobId, JobState, Needs, Seconds, Timestamp, WorkerId};
+use crate::schedule::Waiting;
 
 /// So much of so much.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,6 +41,8 @@ pub struct JobSummary {
     pub finished: Option<Timestamp>,
     /// Frames.
     pub frames: Count,
+    /// Units that were given up: frames are made without them.
+    pub failed_units: u64,
     /// Units of work; an estimate of the total where frames may stop early.
     pub units: Count,
     /// Camera samples: pixels × samples per pixel × frames. The total is an estimate where frames may stop early.
@@ -57,6 +60,10 @@ pub struct JobView {
     pub scene: Digest,
     /// Edge of the tiles [pixels].
     pub tile: u32,
+    /// What it asks of the farm.
+    pub needs: Needs,
+    /// Why it gets no worker at this moment, if it waits for one.
+    pub waiting: Option<Waiting>,
     /// Its frames, in order.
     pub frames: Vec<FrameView>,
     /// Its windows, in order, where moments are reconstructed together.
@@ -109,6 +116,32 @@ pub struct FrameView {
     pub stopped: Option<Reason>,
     /// The error that was measured last.
     pub error: Option<Estimate>,
+    /// Units that were given up, with the evidence: the image is made without them.
+    pub failed: Vec<FailedUnitView>,
+    /// Units whose results came from a worker that was found to be wrong, and were not checked.
+    pub suspect_units: u32,
+    /// Why the frame could not be assembled.
+    pub failure: Option<String>,
+}
+
+/// A unit that was given up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FailedUnitView {
+    /// Its pixels.
+    pub tile: Tile,
+    /// Its samples.
+    pub samples: SampleRange,
+    /// What was tried, in order.
+    pub attempts: Vec<AttemptView>,
+}
+
+/// An attempt at a unit that came to nothing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AttemptView {
+    /// What is known of it.
+    pub attempt: Attempt,
+    /// The worker's name for people, if it connected since the coordinator started.
+    pub name: Option<String>,
 }
 
 /// What accuracy cost in a frame, and what more of it would cost.
@@ -141,6 +174,8 @@ pub struct TileView {
     pub units: Count,
     /// How many of them are leased at this moment.
     pub leased: u64,
+    /// How many of them were given up.
+    pub failed: u64,
 }
 
 /// A worker.
@@ -154,6 +189,8 @@ pub struct WorkerView {
     pub version: String,
     /// Rendering threads.
     pub threads: u32,
+    /// What it has to offer.
+    pub capabilities: Capabilities,
     /// When it connected.
     pub connected: Timestamp,
     /// When it was last heard.
@@ -164,8 +201,10 @@ pub struct WorkerView {
     pub delivered: u64,
     /// Units it failed, since it connected.
     pub failed: u64,
-    /// It gets no work until then, for it failed too often in a row.
+    /// It gets no work until then, for it failed too often in a row or was wrong.
     pub set_aside_until: Option<Timestamp>,
+    /// Results of its that others showed to be wrong.
+    pub lies: u32,
 }
 
 /// Something that happened to a job.

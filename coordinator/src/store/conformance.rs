@@ -6,7 +6,7 @@ use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 
 use super::*;
-use crate::job::{Frame, FrameState, JobRecord, JobState, Seconds, StoredUnit, Timestamp, WorkerId};
+use crate::job::{Attempt, Ending, Frame, FrameState, JobRecord, JobState, Needs, Seconds, StoredUnit, Timestamp, Witness, WorkerId};
 
 use crate::job::tests::windows::{record_with_windows, solved};
 use crate::job::tests::{History, record, record_with_checks, result, steps};
@@ -70,6 +70,7 @@ suite!(
     windows_are_written_once_and_come_back,
     a_pause_is_kept,
     what_is_forgotten_leaves_nothing,
+    what_is_given_up_and_compared_comes_back,
     any_history_reads_the_same,
 );
 
@@ -82,7 +83,7 @@ fn leased(job: JobId, unit: u32, epoch: u32, worker: WorkerId) -> Change {
 }
 
 fn delivered(job: JobId, unit: u32, epoch: u32) -> Change {
-    Change::Delivered { job, unit, epoch, result: result(unit, false) }
+    Change::Delivered { job, unit, epoch, worker: WorkerId::from_bytes([7; 16]), result: result(unit, false) }
 }
 
 async fn refused(store: &dyn Store, change: Change) {
@@ -134,15 +135,15 @@ async fn epochs_count_up_by_one(store: &dyn Store) {
     store.commit(&[leased(job, 0, 1, worker)]).await.unwrap();
     refused(store, leased(job, 0, 1, worker)).await;
     refused(store, leased(job, 0, 3, worker)).await;
-    store.commit(&[Change::Freed { job, unit: 0, failures: 2, losses: 1 }]).await.unwrap();
-    let freed = StoredUnit { unit: 0, epoch: 1, failures: 2, losses: 1, lease: None, result: None };
+    store.commit(&[Change::Freed { job, unit: 0, failures: 2, losses: 1, given_up: false }]).await.unwrap();
+    let freed = StoredUnit { unit: 0, epoch: 1, failures: 2, losses: 1, given_up: false, lease: None, result: None, worker: None };
     assert_eq!(store.jobs().await.unwrap()[0].units, [freed]);
     let other = WorkerId::fresh();
     store.commit(&[leased(job, 0, 2, other), leased(job, 9, 1, worker)]).await.unwrap();
     let units = store.jobs().await.unwrap().remove(0).units;
     assert_eq!(units[0], StoredUnit { epoch: 2, lease: Some(other), ..freed });
     assert_eq!((units[1].unit, units[1].epoch, units[1].lease), (9, 1, Some(worker)));
-    refused(store, Change::Freed { job, unit: 5, failures: 0, losses: 0 }).await;
+    refused(store, Change::Freed { job, unit: 5, failures: 0, losses: 0, given_up: false }).await;
 }
 
 async fn a_result_is_written_once_under_its_epoch(store: &dyn Store) {
@@ -188,6 +189,9 @@ fn frame(state: FrameState) -> Frame {
         statistics: Statistics::from_counts(&[1, 2, u64::MAX]),
         goal: 20,
         stopped: None,
+        failed_units: 0,
+        suspect_units: 0,
+        failure: None,
         points: Vec::new(),
     }
 }
@@ -261,6 +265,45 @@ async fn windows_are_written_once_and_come_back(store: &dyn Store) {
     let stored = store.jobs().await.unwrap().remove(0);
     assert_eq!(stored.record, record, "moments come back");
     assert_eq!(stored.windows, [(0, solved(2)), (1, solved(3))]);
+}
+
+async fn what_is_given_up_and_compared_comes_back(store: &dyn Store) {
+    let mut record = record("schedule");
+    record.needs = Needs { project: "film".into(), tags: ["gpu".into()].into(), most_workers: Some(3), verify: 0.25, ..Needs::default() };
+    let (job, worker, at) = (record.id, WorkerId::fresh(), Timestamp::from_millis(9));
+    store.commit(&[submitted(&record), leased(job, 0, 1, worker), leased(job, 1, 1, worker)]).await.unwrap();
+    store.commit(&[Change::Priority { job, priority: -3 }]).await.unwrap();
+    record.priority = -3;
+    for (number, ending) in (0..).zip(Ending::ALL) {
+        let attempt = Attempt { worker, epoch: 1, at, ending, reason: "no memory".into() };
+        store.commit(&[Change::Attempt { job, unit: 0, number, attempt: attempt.clone() }]).await.unwrap();
+        refused(store, Change::Attempt { job, unit: 0, number, attempt }).await;
+    }
+    let witness = Witness { epoch: 1, worker, content: Digest::of(b"it") };
+    store.commit(&[Change::Witness { job, unit: 1, witness }]).await.unwrap();
+    refused(store, Change::Witness { job, unit: 1, witness }).await;
+    refused(store, Change::Witness { job, unit: 1, witness: Witness { epoch: 2, ..witness } }).await;
+    store.commit(&[Change::Freed { job, unit: 0, failures: 5, losses: 0, given_up: true }]).await.unwrap();
+    let failed = Frame { failed_units: 1, suspect_units: 2, failure: Some("no light".into()), ..frame(FrameState::Failed) };
+    store.commit(&[Change::Frame { job, position: 0, frame: Box::new(failed.clone()) }]).await.unwrap();
+    let stored = store.jobs().await.unwrap().remove(0);
+    assert_eq!(stored.record, record);
+    assert_eq!(stored.frames, [(0, failed)]);
+    assert_eq!(stored.attempts.iter().map(|(unit, attempt)| (*unit, attempt.ending)).collect::<Vec<_>>(), Ending::ALL.map(|e| (0, e)));
+    assert_eq!(stored.witnesses, [(1, witness)]);
+    assert_eq!((stored.units[0].given_up, stored.units[1].lease), (true, None));
+    // Done without that unit: its evidence stays, and it can be tried again.
+    store.commit(&[Change::Job { job, state: JobState::Done, error: None, started: None, finished: None }]).await.unwrap();
+    assert_eq!(store.jobs().await.unwrap()[0].units.len(), 2);
+    // A result is taken back under a new epoch.
+    store.commit(&[leased(job, 2, 1, worker), delivered(job, 2, 1), Change::Withdrawn { job, unit: 2, epoch: 2 }]).await.unwrap();
+    assert_eq!(store.results(job, 2..3).await.unwrap(), []);
+    refused(store, delivered(job, 2, 1)).await;
+    store.commit(&[leased(job, 2, 3, worker), delivered(job, 2, 3)]).await.unwrap();
+    let unit = store.jobs().await.unwrap()[0].units[2];
+    assert_eq!((unit.epoch, unit.worker, unit.result), (3, Some(WorkerId::from_bytes([7; 16])), Some(result(2, false))));
+    store.commit(&[Change::Freed { job, unit: 1, failures: 0, losses: 0, given_up: true }]).await.unwrap();
+    assert_eq!(store.jobs().await.unwrap()[0].witnesses, []);
 }
 
 async fn a_pause_is_kept(store: &dyn Store) {

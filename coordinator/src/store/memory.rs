@@ -9,7 +9,7 @@ use gradfarm_proto::Digest;
 
 use super::records::MemoryRecords;
 use super::{Records, Store, StoreError};
-use crate::job::{Change, DeliveredRecord, FileKind, FileRecord, JobId, JobState, StoredJob, StoredUnit};
+use crate::job::{Attempt, Change, DeliveredRecord, FileKind, FileRecord, JobId, JobState, StoredJob, StoredUnit, Witness};
 
 /// Jobs in memory.
 #[derive(Debug, Default)]
@@ -22,6 +22,8 @@ pub struct Memory {
 struct Tables {
     jobs: BTreeMap<JobId, StoredJob>,
     units: BTreeMap<(JobId, u32), StoredUnit>,
+    attempts: BTreeMap<(JobId, u32), Vec<Attempt>>,
+    witnesses: BTreeMap<(JobId, u32), Vec<Witness>>,
     files: BTreeMap<(JobId, u32, FileKind), FileRecord>,
 }
 
@@ -31,8 +33,14 @@ impl Memory {
         Self::default()
     }
 
+    /// A copy that goes its own way from here on.
+    #[cfg(test)]
+    pub(crate) fn fork(&self) -> Self {
+        Self { tables: Mutex::new(self.tables().clone()), ..Self::default() }
+    }
+
     fn tables(&self) -> MutexGuard<'_, Tables> {
-        // The tables are replaced whole, so a panic elsewhere cannot have left them half changed.
+        // Nothing panics between a change and its end.
         self.tables.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -56,11 +64,14 @@ impl Records for Memory {
 impl Store for Memory {
     async fn commit(&self, changes: &[Change]) -> Result<(), StoreError> {
         let mut tables = self.tables();
-        let mut next = tables.clone();
+        let mut before = Vec::with_capacity(changes.len());
         for change in changes {
-            next.make(change).ok_or_else(|| StoreError::conflict(change))?;
+            before.extend(tables.undo(change));
+            if tables.make(change).is_none() {
+                before.into_iter().rev().for_each(|undo| undo(&mut tables));
+                return Err(StoreError::conflict(change));
+            }
         }
-        *tables = next;
         Ok(())
     }
 
@@ -68,9 +79,19 @@ impl Store for Memory {
         let tables = self.tables();
         let units = |job: &StoredJob| {
             let all = tables.units.range((job.record.id, 0)..=(job.record.id, u32::MAX)).map(|(_, unit)| *unit);
-            if job.state == JobState::Done { Vec::new() } else { all.collect() }
+            let units: Vec<StoredUnit> = all.collect();
+            if job.state == JobState::Done && !units.iter().any(|unit| unit.given_up) { Vec::new() } else { units }
         };
-        Ok(tables.jobs.values().map(|job| StoredJob { units: units(job), ..job.clone() }).collect())
+        let attempts = |job: &StoredJob| {
+            let all = tables.attempts.range((job.record.id, 0)..=(job.record.id, u32::MAX));
+            all.flat_map(|((_, unit), list)| list.iter().map(|attempt| (*unit, attempt.clone()))).collect()
+        };
+        let witnesses = |job: &StoredJob| {
+            let all = tables.witnesses.range((job.record.id, 0)..=(job.record.id, u32::MAX));
+            all.flat_map(|((_, unit), list)| list.iter().map(|witness| (*unit, *witness))).collect()
+        };
+        let whole = |job: &StoredJob| StoredJob { units: units(job), attempts: attempts(job), witnesses: witnesses(job), ..job.clone() };
+        Ok(tables.jobs.values().map(whole).collect())
     }
 
     async fn results(&self, job: JobId, units: Range<u32>) -> Result<Vec<(u32, DeliveredRecord)>, StoreError> {
@@ -91,7 +112,58 @@ impl Store for Memory {
     }
 }
 
+/// Puts back what there was before a change.
+type Undo = Box<dyn FnOnce(&mut Tables)>;
+
+/// How to put an entry of a table back to what it is now.
+fn undo<K: Ord + Clone + 'static, V: Clone + 'static>(table: fn(&mut Tables) -> &mut BTreeMap<K, V>, key: K, now: Option<V>) -> Undo {
+    Box::new(move |tables| {
+        match now {
+            Some(value) => table(tables).insert(key, value),
+            None => table(tables).remove(&key),
+        };
+    })
+}
+
 impl Tables {
+    /// How to put back what a change may touch.
+    fn undo(&self, change: &Change) -> Vec<Undo> {
+        let job = |id: &JobId| undo(|tables| &mut tables.jobs, *id, self.jobs.get(id).cloned());
+        let unit = |id: &JobId, number: &u32| undo(|tables| &mut tables.units, (*id, *number), self.units.get(&(*id, *number)).copied());
+        let witnesses = |id: &JobId, number: &u32| {
+            let key = (*id, *number);
+            undo(|tables| &mut tables.witnesses, key, self.witnesses.get(&key).cloned())
+        };
+        match change {
+            Change::Submitted(record) => vec![job(&record.id)],
+            Change::Job { job: id, .. }
+            | Change::Frame { job: id, .. }
+            | Change::Window { job: id, .. }
+            | Change::Paused { job: id, .. }
+            | Change::Priority { job: id, .. } => vec![job(id)],
+            Change::Leased { job, unit: number, .. }
+            | Change::Withdrawn { job, unit: number, .. }
+            | Change::Delivered { job, unit: number, .. } => vec![unit(job, number)],
+            Change::Freed { job, unit: number, .. } | Change::Witness { job, unit: number, .. } => {
+                vec![unit(job, number), witnesses(job, number)]
+            }
+            Change::Attempt { job, unit: number, .. } => {
+                let key = (*job, *number);
+                vec![undo(|tables| &mut tables.attempts, key, self.attempts.get(&key).cloned())]
+            }
+            Change::File { job, position, file } => {
+                let key = (*job, *position, file.kind);
+                vec![undo(|tables| &mut tables.files, key, self.files.get(&key).copied())]
+            }
+            Change::Worker { .. } => Vec::new(),
+            // Rare, and touches everything.
+            Change::Forgotten { .. } => {
+                let whole = self.clone();
+                vec![Box::new(move |tables| *tables = whole)]
+            }
+        }
+    }
+
     /// Makes one change; `None` if it does not fit.
     fn make(&mut self, change: &Change) -> Option<()> {
         match change {
@@ -110,6 +182,8 @@ impl Tables {
                     windows: Vec::new(),
                     frames: Vec::new(),
                     units: Vec::new(),
+                    attempts: Vec::new(),
+                    witnesses: Vec::new(),
                 };
                 self.jobs.insert(record.id, job);
             }
@@ -126,23 +200,49 @@ impl Tables {
             }
             Change::Leased { job, unit, epoch, worker, .. } => {
                 self.jobs.get(job)?;
-                let fresh = StoredUnit { unit: *unit, epoch: 0, failures: 0, losses: 0, lease: None, result: None };
+                let fresh =
+                    StoredUnit { unit: *unit, epoch: 0, failures: 0, losses: 0, given_up: false, lease: None, result: None, worker: None };
                 let row = self.units.entry((*job, *unit)).or_insert(fresh);
                 if row.result.is_some() || row.epoch.checked_add(1) != Some(*epoch) {
                     return None;
                 }
                 (row.epoch, row.lease) = (*epoch, Some(*worker));
             }
-            Change::Freed { job, unit, failures, losses } => {
+            Change::Freed { job, unit, failures, losses, given_up } => {
                 let row = self.units.get_mut(&(*job, *unit))?;
-                (row.failures, row.losses, row.lease) = (*failures, *losses, None);
+                (row.failures, row.losses, row.lease, row.given_up) = (*failures, *losses, None, *given_up);
+                if *given_up {
+                    self.witnesses.remove(&(*job, *unit));
+                }
             }
-            Change::Delivered { job, unit, epoch, result } => {
+            Change::Attempt { job, unit, number, attempt } => {
+                self.jobs.get(job)?;
+                let attempts = self.attempts.entry((*job, *unit)).or_default();
+                if attempts.len() != *number as usize {
+                    return None;
+                }
+                attempts.push(attempt.clone());
+            }
+            Change::Witness { job, unit, witness } => {
+                let row = self.units.get_mut(&(*job, *unit)).filter(|row| row.epoch == witness.epoch)?;
+                row.lease = None;
+                let witnesses = self.witnesses.entry((*job, *unit)).or_default();
+                if witnesses.iter().any(|other| other.epoch == witness.epoch) {
+                    return None;
+                }
+                witnesses.push(*witness);
+            }
+            Change::Withdrawn { job, unit, epoch } => {
+                let row = self.units.get_mut(&(*job, *unit)).filter(|row| row.epoch.checked_add(1) == Some(*epoch))?;
+                (row.epoch, row.result, row.worker) = (*epoch, None, None);
+            }
+            Change::Priority { job, priority } => self.jobs.get_mut(job)?.record.priority = *priority,
+            Change::Delivered { job, unit, epoch, worker, result } => {
                 let row = self.units.get_mut(&(*job, *unit))?;
                 if row.result.is_some() || row.epoch != *epoch {
                     return None;
                 }
-                (row.lease, row.result) = (None, Some(*result));
+                (row.lease, row.result, row.worker) = (None, Some(*result), Some(*worker));
             }
             Change::File { job, position, file } => {
                 self.jobs.get(job)?;
@@ -159,6 +259,8 @@ impl Tables {
                 self.jobs.remove(job);
                 self.units.retain(|(of, _), _| of != job);
                 self.files.retain(|(of, _, _), _| of != job);
+                self.attempts.retain(|(of, _), _| of != job);
+                self.witnesses.retain(|(of, _), _| of != job);
             }
             Change::Worker { .. } => {}
         }

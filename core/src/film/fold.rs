@@ -9,7 +9,7 @@ use super::graph::{Graph, LinkError};
 use super::image::Image;
 use super::plane::PlaneKind;
 use super::statistics::Statistics;
-use super::{Features, Film, Gradients, HalfFilm};
+use super::{Features, Film, Gradients, HalfFilm, gaps};
 use crate::lattice::{Extent, Half, Offset, SampleRange, Tile};
 
 /// Why a block cannot be added.
@@ -153,6 +153,8 @@ pub struct FrameFold {
     means: Vec<Image>,
     placed: Vec<bool>,
     samples: Option<u32>,
+    /// Samples of each pixel in either half, where tiles may lack some.
+    gaps: Option<[Image; 2]>,
     statistics: Statistics,
 }
 
@@ -165,8 +167,15 @@ impl FrameFold {
             means: layout.iter().map(|kind| Image::new(extent, kind.channels())).collect(),
             placed: vec![false; extent.pixels()],
             samples: None,
+            gaps: None,
             statistics: Statistics::default(),
         }
+    }
+
+    /// The same for a frame whose tiles may have left samples out, up to all of them. The finished film tells how many each pixel has; where
+    /// it has none, the film continues what lies around.
+    pub fn with_gaps(extent: Extent, layout: &[PlaneKind]) -> Self {
+        Self { gaps: Some([(); 2].map(|()| Image::new(extent, 1))), ..Self::new(extent, layout) }
     }
 
     /// Puts a finished tile in its place.
@@ -179,7 +188,10 @@ impl FrameFold {
             return Err(FoldError::Place { tile });
         }
         let expected = *self.samples.get_or_insert(fold.samples);
-        if fold.samples != expected {
+        if let Some(counts) = &mut self.gaps {
+            self.samples = Some(expected.max(fold.samples));
+            gaps::note(counts, tile, fold.samples);
+        } else if fold.samples != expected {
             return Err(FoldError::Samples { tile, expected, found: fold.samples });
         }
         for (k, kind) in self.layout.iter().enumerate() {
@@ -211,7 +223,7 @@ impl FrameFold {
     pub fn finish(mut self) -> Result<Film, FoldError> {
         self.check_complete()?;
         let range = SampleRange { first: 0, count: self.samples.unwrap_or(0) };
-        let counted = self.layout.contains(&PlaneKind::Count(Half::A));
+        let counted = self.layout.contains(&PlaneKind::Count(Half::A)) || self.gaps.is_some();
         let [a, b] = Half::ALL.map(|half| self.counts(half));
         let counts = counted.then(|| {
             let mut both = a.clone();
@@ -222,6 +234,11 @@ impl FrameFold {
         let mut halves = [self.half(Half::A, range, &a), self.half(Half::B, range, &b)];
         for (half, graph) in halves.iter_mut().zip(&mut graphs) {
             half.graph = graph.take();
+        }
+        if self.gaps.is_some() {
+            for (half, counts) in halves.iter_mut().zip([&a, &b]).filter(|(half, _)| half.samples > 0 || range.count == 0) {
+                gaps::fill(half, counts).map_err(|missing| FoldError::Incomplete { missing })?;
+            }
         }
         // Sums of whole numbers, divided: they are whole again.
         let motion = self.layout.contains(&PlaneKind::Motion).then(|| {
@@ -234,7 +251,7 @@ impl FrameFold {
         Ok(Film { extent: self.extent, halves, counts, motion, features, statistics: self.statistics })
     }
 
-    /// That every pixel was measured.
+    /// That every pixel belongs to a tile.
     pub(super) fn check_complete(&self) -> Result<(), FoldError> {
         match self.placed.iter().filter(|placed| !**placed).count() {
             0 => Ok(()),
@@ -251,6 +268,9 @@ impl FrameFold {
     pub(super) fn counts(&self, half: Half) -> Image {
         if let Some(k) = self.layout.iter().position(|kind| *kind == PlaneKind::Count(half)) {
             return self.means[k].clone();
+        }
+        if let Some(counts) = &self.gaps {
+            return counts[half.index()].clone();
         }
         let mut counts = Image::new(self.extent, 1);
         counts.data_mut().fill(SampleRange { first: 0, count: self.samples.unwrap_or(0) }.count_of(half) as f32);

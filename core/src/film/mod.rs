@@ -1,13 +1,13 @@
 //! The film: what units of work measure, and how their sums become one frame.
 //!
-//! `plane` names the buffers, `block` is the result of one unit, `fold` adds blocks in a fixed order into a `Film`, `cut` takes pieces out of it, `graph` joins what
-//! linked pixels measured, `noise` says how
-//! much a further sample of each pixel would help.
+//! `plane` names the buffers, `block` is the result of one unit, `fold` adds blocks in a fixed order into a `Film`, `cut` takes pieces out of it, `graph`
+//! joins what linked pixels measured, `gaps` continues it where nothing was measured, `noise` says how much a further sample of each pixel would help.
 //! Nothing here knows how the values were estimated.
 
 mod block;
 mod cut;
 mod fold;
+mod gaps;
 mod graph;
 mod image;
 mod noise;

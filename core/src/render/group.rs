@@ -12,6 +12,7 @@ use super::outcome::{finite, tell};
 use super::pixel::PixelRenderer;
 use super::shutter::Shutter;
 use super::sums::{PixelSums, Planes};
+use super::watch::Watch;
 use crate::film::{Counter, FilmBlock, Statistics};
 use crate::gradient::Sharing;
 use crate::lattice::{Extent, Half, Offset, Tile};
@@ -23,7 +24,7 @@ use crate::spectrum::Spectrum;
 /// Renders every group that has pixels in the unit's tile, and keeps those pixels.
 ///
 /// A group counts for the statistics of the tile that has its first pixel, so that it counts once.
-pub(super) fn render(shutter: &Shutter, unit: &WorkUnit, samples: impl Iterator<Item = (Half, u32)> + Clone) -> FilmBlock {
+pub(super) fn render(shutter: &Shutter, unit: &WorkUnit, samples: impl Iterator<Item = (Half, u32)> + Clone, watch: &Watch) -> FilmBlock {
     let plan = shutter.first().plan;
     let (tile, edge) = (unit.tile, plan.grain());
     let mut planes = Planes::new(tile, &plan.layout());
@@ -43,6 +44,9 @@ pub(super) fn render(shutter: &Shutter, unit: &WorkUnit, samples: impl Iterator<
             for (x, y, index) in group.pixels().filter(|(x, y, _)| group.owns(*x, *y) && tile.contains(*x, *y)) {
                 let place = (y - tile.y) as usize * tile.width as usize + (x - tile.x) as usize;
                 planes.write(place, &scratch.sums[index]);
+            }
+            if !watch.count(group.set.pixels() as u64 * samples.clone().count() as u64) {
+                return planes.into_block(unit, statistics);
             }
         }
     }

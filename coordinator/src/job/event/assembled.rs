@@ -11,10 +11,11 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, Str
     if job.state.is_final() || !assembling {
         return Vec::new();
     }
-    let number = job.moment(position).first;
     let assembled = match outcome {
+        // Made of other results than there are now: it was reopened meanwhile, and will be made again.
+        Ok(assembled) if assembled.units != job.frames[position as usize].units => return Vec::new(),
         Ok(assembled) => assembled,
-        Err(reason) => return job.end(JobState::Failed, Some(format!("frame {number} could not be assembled: {reason}")), now),
+        Err(reason) => return fail(job, position, reason, now),
     };
     // Each moment bears its part of the windows over it.
     let part = |seconds: fn(&SolvedWindow) -> f64| -> f64 {
@@ -42,8 +43,28 @@ pub(super) fn apply(job: &mut Job, position: u32, outcome: Result<Assembled, Str
     let mut actions: Vec<Action> =
         assembled.files.into_iter().map(|file| Action::Keep(Change::File { job: job_id, position, file })).collect();
     actions.extend([job.kept_frame(position), Action::Tell(News::Frame(position))]);
-    if job.frames.iter().all(|frame| frame.state == FrameState::Done) {
-        actions.extend(job.end(JobState::Done, None, now));
-    }
+    actions.extend(finish(job, now));
     actions
+}
+
+/// The frame cannot be made; the others can.
+fn fail(job: &mut Job, position: u32, reason: String, now: Timestamp) -> Vec<Action> {
+    let frame = &mut job.frames[position as usize];
+    (frame.state, frame.failure) = (FrameState::Failed, Some(reason));
+    let mut actions = vec![job.kept_frame(position), Action::Tell(News::Frame(position))];
+    actions.extend(finish(job, now));
+    actions
+}
+
+/// Ends the job after its last frame.
+fn finish(job: &mut Job, now: Timestamp) -> Vec<Action> {
+    if !job.frames.iter().all(|frame| matches!(frame.state, FrameState::Done | FrameState::Failed)) {
+        return Vec::new();
+    }
+    let failed: Vec<(u32, &str)> =
+        (0..).zip(&job.frames).filter_map(|(position, frame)| Some((position, frame.failure.as_deref()?))).collect();
+    let Some((position, reason)) = failed.first() else { return job.end(JobState::Done, None, now) };
+    let more = if failed.len() > 1 { format!(", nor could {} others", failed.len() - 1) } else { String::new() };
+    let error = format!("frame {} could not be assembled: {reason}{more}", job.moment(*position).first);
+    job.end(JobState::Failed, Some(error), now)
 }

@@ -3,6 +3,7 @@
 mod assembled;
 mod cancelled;
 mod delivered;
+mod distrusted;
 mod failed;
 mod guided;
 mod leased;
@@ -10,9 +11,11 @@ mod measured;
 mod paused;
 mod released;
 mod renewed;
+mod retried;
 mod solved;
 mod submitted;
 
+use super::evidence::Ending;
 use super::identity::WorkerId;
 use super::record::{DeliveredRecord, FileRecord};
 use super::{Action, Job, Seconds, SolvedWindow};
@@ -122,6 +125,32 @@ pub enum Event {
         /// Which of the two.
         paused: bool,
     },
+    /// Somebody changes how urgent it is.
+    Prioritised {
+        /// Higher goes first.
+        priority: i32,
+    },
+    /// Somebody wants what failed to be tried again.
+    Retried {
+        /// Position of the one frame that is meant; all of them otherwise.
+        frame: Option<u32>,
+    },
+    /// A unit came no further for too long, though its worker lives.
+    Stuck {
+        /// Unit.
+        unit: u32,
+        /// Epoch of its lease.
+        epoch: u32,
+        /// Who holds it.
+        worker: WorkerId,
+        /// For how long, in words.
+        reason: String,
+    },
+    /// A worker was found to give wrong results.
+    Distrusted {
+        /// Who.
+        worker: WorkerId,
+    },
 }
 
 /// A frame that is finished and stored.
@@ -129,6 +158,8 @@ pub enum Event {
 pub struct Assembled {
     /// Its files.
     pub files: Vec<FileRecord>,
+    /// Units that it is made of.
+    pub units: u32,
     /// Stitching, reconstructing and writing; the rest is zero.
     pub seconds: Seconds,
     /// Its error, where the halves can tell.
@@ -159,13 +190,23 @@ impl Event {
             Event::Lost { worker } => released::lost(job, worker, now),
             Event::Expired => released::expired(job, now),
             Event::Delivered { unit, epoch, worker, result } => delivered::apply(job, unit, epoch, worker, result, now),
-            Event::Failed { unit, epoch, worker, reason } => failed::apply(job, unit, epoch, worker, &reason, now),
+            Event::Failed { unit, epoch, worker, reason } => failed::apply(job, unit, epoch, worker, reason, Ending::Failed, now),
+            Event::Stuck { unit, epoch, worker, reason } => {
+                let mut actions = failed::apply(job, unit, epoch, worker, reason, Ending::Stuck, now);
+                if !actions.is_empty() {
+                    actions.push(Action::Revoke { unit, epoch, worker });
+                }
+                actions
+            }
             Event::Cancelled => cancelled::apply(job, now),
             Event::Assembled { frame, outcome } => assembled::apply(job, frame, outcome, now),
             Event::Measured { frame, outcome } => measured::apply(job, frame, outcome, now),
             Event::Guided { frame, round, outcome } => guided::apply(job, frame, round, outcome, now),
             Event::Solved { window, outcome } => solved::apply(job, window, outcome, now),
             Event::Paused { paused } => paused::apply(job, paused),
+            Event::Prioritised { priority } => retried::prioritised(job, priority),
+            Event::Retried { frame } => retried::apply(job, frame, now),
+            Event::Distrusted { worker } => distrusted::apply(job, worker),
         }
     }
 }

@@ -2,8 +2,9 @@
 //! the unit is granted again.
 
 use crate::clock::Timestamp;
+use crate::job::evidence::{Attempt, Ending};
 use crate::job::unit::UnitState;
-use crate::job::{Action, Change, Job, JobState, MOST_LOSSES, WorkerId};
+use crate::job::{Action, Job, MOST_LOSSES, WorkerId};
 
 /// The worker hands it back.
 pub(super) fn returned(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId) -> Vec<Action> {
@@ -12,17 +13,17 @@ pub(super) fn returned(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId) -
         return Vec::new();
     }
     job.units.release(unit);
-    vec![freed(job, unit)]
+    vec![job.freed(unit)]
 }
 
 /// The worker's connection broke.
 pub(super) fn lost(job: &mut Job, worker: WorkerId, now: Timestamp) -> Vec<Action> {
-    release(job, now, "its worker was lost", |state| matches!(state, UnitState::Leased { worker: w, .. } if *w == worker))
+    release(job, now, Ending::Lost, |state| matches!(state, UnitState::Leased { worker: w, .. } if *w == worker))
 }
 
 /// Leases whose time is over, and frames.
 pub(super) fn expired(job: &mut Job, now: Timestamp) -> Vec<Action> {
-    let mut actions = release(job, now, "its lease ran out", |state| matches!(state, UnitState::Leased { until, .. } if *until <= now));
+    let mut actions = release(job, now, Ending::Expired, |state| matches!(state, UnitState::Leased { until, .. } if *until <= now));
     if !job.state.is_final() {
         let late: Vec<u32> = job.frames_out_of_time(now).collect();
         late.into_iter().for_each(|frame| actions.extend(job.cut_short(frame)));
@@ -30,23 +31,27 @@ pub(super) fn expired(job: &mut Job, now: Timestamp) -> Vec<Action> {
     actions
 }
 
-fn release(job: &mut Job, now: Timestamp, why: &str, which: impl Fn(&UnitState) -> bool) -> Vec<Action> {
-    let hit: Vec<u32> = job.leased().filter(|(_, unit)| which(&unit.state)).map(|(index, _)| index).collect();
+fn release(job: &mut Job, now: Timestamp, ending: Ending, which: impl Fn(&UnitState) -> bool) -> Vec<Action> {
+    let holder = |(index, unit): (u32, &crate::job::Unit)| match unit.state {
+        UnitState::Leased { worker, .. } if which(&unit.state) => Some((index, unit.epoch, worker)),
+        _ => None,
+    };
+    let hit: Vec<(u32, u32, WorkerId)> = job.leased().filter_map(holder).collect();
+    let reason = if ending == Ending::Lost { "its worker was lost" } else { "its lease ran out" };
     let mut actions = Vec::new();
-    for unit in hit {
-        job.units.release(unit);
+    for (unit, epoch, worker) in hit {
+        // A unit that is given up may end the job, and with it the other leases.
+        if job.units.release(unit).is_none() {
+            continue;
+        }
         job.units.note(unit, |u| u.losses += 1);
-        actions.push(freed(job, unit));
+        actions.push(job.attempted(unit, Attempt { worker, epoch, at: now, ending, reason: reason.into() }));
         if job.unit(unit).is_some_and(|u| u.losses >= MOST_LOSSES) {
-            let error = format!("unit {unit} was given up {MOST_LOSSES} times, the last time because {why}; it may be what stops workers");
-            actions.extend(job.end(JobState::Failed, Some(error), now));
-            break;
+            let why = format!("was given up {MOST_LOSSES} times and may be what stops workers, the last time because");
+            actions.extend(job.give_up(unit, &why, now));
+        } else {
+            actions.push(job.freed(unit));
         }
     }
     actions
-}
-
-fn freed(job: &Job, unit: u32) -> Action {
-    let (failures, losses) = job.unit(unit).map_or((0, 0), |u| (u.failures, u.losses));
-    Action::Keep(Change::Freed { job: job.record.id, unit, failures, losses })
 }

@@ -15,12 +15,15 @@ pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, unti
     match job.unit(unit) {
         Some(held) if held.epoch == epoch && epoch > 0 => match held.state {
             UnitState::Leased { worker: holder, .. } if holder != worker => gone,
+            // So it is when its result is compared with others first.
+            UnitState::Ready if job.witnesses(unit).iter().any(|witness| witness.epoch == epoch) => Vec::new(),
             UnitState::Leased { .. } | UnitState::Ready => {
                 job.units.set(unit, UnitState::Leased { worker, until });
                 Vec::new()
             }
             // Its result is here; the worker drops the lease when the answer to its delivery reaches it.
             UnitState::Done { .. } => Vec::new(),
+            UnitState::GivenUp => gone,
         },
         _ => gone,
     }

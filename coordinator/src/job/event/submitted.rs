@@ -1,6 +1,9 @@
 //! A job is accepted.
 
+use std::collections::BTreeMap;
+
 use crate::job::guides::FrameGuides;
+use crate::job::pace::Pace;
 use crate::job::record::JobRecord;
 use crate::job::unit::Units;
 use crate::job::{Action, Change, Frame, Job, JobState, JobWindows, News, checks};
@@ -22,6 +25,9 @@ pub fn submit(record: JobRecord) -> Result<(Job, Vec<Action>), TooManyUnits> {
         guides: vec![FrameGuides::waiting(&split); split.frames() as usize],
         units: Units::closed(split.frames(), split.units_per_frame()),
         windows: JobWindows::waiting(&record.plan, split.frames()),
+        evidence: BTreeMap::new(),
+        witnesses: BTreeMap::new(),
+        pace: Pace::default(),
         split,
         record: record.clone(),
     };

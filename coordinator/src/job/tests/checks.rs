@@ -10,7 +10,7 @@ fn with(stop: Stop, samples: u32) -> History {
 
 /// Renders what is open of the job, a unit at a time.
 fn render(history: &mut History) {
-    while history.job.next_for(history.workers[0], false).is_some() {
+    while history.job.next_for(history.workers[0], &[]).is_some() {
         history.lease(0);
         let grant = *history.grants.last().unwrap();
         history.deliver(grant, false);

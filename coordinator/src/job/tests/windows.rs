@@ -24,7 +24,7 @@ fn render(history: &mut History, units: u32) -> Vec<Action> {
     let mut actions = Vec::new();
     for _ in 0..units {
         let worker = history.workers[0];
-        let unit = history.job.next_for(worker, false).expect("there is more to render");
+        let unit = history.job.next_for(worker, &[]).expect("there is more to render");
         history.lease(0);
         let (granted, epoch, worker) = *history.grants.last().unwrap();
         assert_eq!(granted, unit);
@@ -96,7 +96,7 @@ fn a_paused_job_gets_no_leases_and_counts_what_comes_in() {
     let grant = history.grants[0];
     assert_eq!(history.apply(Event::Paused { paused: true }).len(), 2);
     assert!(history.apply(Event::Paused { paused: true }).is_empty(), "pausing twice changes nothing");
-    assert_eq!(history.job.next_for(history.workers[1], false), None);
+    assert_eq!(history.job.next_for(history.workers[1], &[]), None);
     let refused = history.apply(Event::Leased { unit: 1, worker: history.workers[1], until: history.now + TTL });
     assert!(refused.is_empty());
     history.deliver(grant, false);
@@ -104,5 +104,5 @@ fn a_paused_job_gets_no_leases_and_counts_what_comes_in() {
     history.step(&Step::Restart);
     assert!(history.job.paused, "it stays paused over a restart");
     history.apply(Event::Paused { paused: false });
-    assert_eq!(history.job.next_for(history.workers[1], false), Some(1));
+    assert_eq!(history.job.next_for(history.workers[1], &[]), Some(1));
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::job::tests::windows::{record_with_windows, solved};
 use crate::job::tests::{record, record_with_checks, result};
-use crate::job::{Change, FileKind, FileRecord, Frame, JobState, Timestamp, WorkerId};
+use crate::job::{Attempt, Change, Ending, FileKind, FileRecord, Frame, JobState, Timestamp, Witness, WorkerId};
 use crate::postgres::{Server, shared};
 use crate::store::Presence;
 use crate::store::sql::Value;
@@ -22,13 +22,17 @@ async fn fill(store: &StoreUri) {
         let point = Point { samples: 8, cpu_seconds: 1.0 / 3.0, wall_seconds: 1.0, check_seconds: 0.0, error };
         let frame = Frame { points: vec![point], choice: Some("l2".into()), ..Frame::waiting(20) };
         let at = Timestamp::from_millis(5);
+        let attempt = Attempt { worker, epoch: 1, at, ending: Ending::Failed, reason: "no memory".into() };
         let mut changes = vec![
             Change::Submitted(Box::new(record)),
             Change::Worker { worker, name: "w".into(), version: "1".into(), threads: 2, at },
             Change::Frame { job, position: 0, frame: Box::new(frame) },
             Change::Leased { job, unit: 0, epoch: 1, worker, at },
-            Change::Delivered { job, unit: 0, epoch: 1, result: result(0, false) },
+            Change::Delivered { job, unit: 0, epoch: 1, worker, result: result(0, false) },
             Change::Leased { job, unit: 1, epoch: 1, worker, at },
+            Change::Attempt { job, unit: 1, number: 0, attempt },
+            Change::Leased { job, unit: 2, epoch: 1, worker, at },
+            Change::Witness { job, unit: 2, witness: Witness { epoch: 1, worker, content: Digest::of(b"it") } },
             Change::File { job, position: 0, file: FileRecord { kind: FileKind::Png, blob: Digest::of(b"png"), size: 1 << 40 } },
         ];
         if k == 2 {
@@ -69,7 +73,8 @@ async fn from_a_file_to_a_server_and_back_nothing_changes() {
     let server: StoreUri = database.parse().unwrap();
     fill(&first).await;
     let before = contents(&first).await;
-    for name in ["files", "frames", "jobs", "leases", "points", "results", "shares", "units", "windows", "workers"] {
+    for name in ["attempts", "files", "frames", "jobs", "leases", "points", "results", "shares", "units", "windows", "witnesses", "workers"]
+    {
         assert!(before.iter().any(|(table, rows)| table == name && !rows.is_empty()), "nothing in {name}");
     }
     let there = migrate(&first, &server).await.unwrap();

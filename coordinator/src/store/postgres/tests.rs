@@ -29,7 +29,7 @@ fn begun(record: &JobRecord) -> [Change; 3] {
     let (job, worker) = (record.id, crate::job::WorkerId::fresh());
     let at = crate::job::Timestamp::from_millis(0);
     let result = crate::job::tests::result(0, false);
-    [submitted(record), Change::Leased { job, unit: 0, epoch: 1, worker, at }, Change::Delivered { job, unit: 0, epoch: 1, result }]
+    [submitted(record), Change::Leased { job, unit: 0, epoch: 1, worker, at }, Change::Delivered { job, unit: 0, epoch: 1, worker, result }]
 }
 
 #[tokio::test]

@@ -13,8 +13,8 @@ use prost::Message;
 
 use super::{Connection, Row, Statement};
 use crate::job::{
-    DeliveredRecord, FileKind, FileRecord, Frame, FrameState, JobId, JobRecord, JobState, Seconds, ShareRecord, SolvedWindow, StoredJob,
-    StoredUnit, Timestamp, WorkerId,
+    Attempt, DeliveredRecord, Ending, FileKind, FileRecord, Frame, FrameState, JobId, JobRecord, JobState, Needs, Seconds, ShareRecord,
+    SolvedWindow, StoredJob, StoredUnit, Timestamp, Witness, WorkerId,
 };
 use crate::store::StoreError;
 
@@ -41,8 +41,10 @@ impl Scope {
 macro_rules! units {
     ($and:literal) => {
         concat!(
-            "SELECT units.job, units.unit, units.epoch, failures, losses, worker, content, blob, size, load, compile, render
-             FROM units JOIN jobs ON jobs.id = units.job AND jobs.state <> 'done'",
+            "SELECT units.job, units.unit, units.epoch, failures, losses, given_up, leases.worker AS worker, content, blob, size, load,
+                    compile, render, results.worker AS maker
+             FROM units JOIN jobs ON jobs.id = units.job
+                  AND (jobs.state <> 'done' OR jobs.id IN (SELECT job FROM units WHERE given_up = 1))",
             $and,
             " LEFT JOIN leases ON leases.job = units.job AND leases.unit = units.unit
              LEFT JOIN results ON results.job = units.job AND results.unit = units.unit
@@ -106,6 +108,23 @@ pub(in crate::store) async fn jobs(connection: &mut Connection<'_>, scope: Scope
         Ok(())
     };
     connection.each(scope.statement(units!(""), units!(" AND jobs.id = $1")), each).await?;
+    let each = |row: Row| {
+        if let Some(job) = jobs.get_mut(&row.job("job")?) {
+            job.attempts.push((row.integer("unit")?, attempt(&row)?));
+        }
+        Ok(())
+    };
+    let all = "SELECT * FROM attempts ORDER BY job, unit, number";
+    connection.each(scope.statement(all, "SELECT * FROM attempts WHERE job = $1 ORDER BY unit, number"), each).await?;
+    let each = |row: Row| {
+        if let Some(job) = jobs.get_mut(&row.job("job")?) {
+            let worker = WorkerId::from_bytes(row.array("worker")?);
+            job.witnesses.push((row.integer("unit")?, Witness { epoch: row.integer("epoch")?, worker, content: row.digest("content")? }));
+        }
+        Ok(())
+    };
+    let all = "SELECT * FROM witnesses ORDER BY job, unit, epoch";
+    connection.each(scope.statement(all, "SELECT * FROM witnesses WHERE job = $1 ORDER BY unit, epoch"), each).await?;
     Ok(jobs.into_values().collect())
 }
 
@@ -153,6 +172,7 @@ fn job(row: &Row) -> Result<StoredJob, StoreError> {
     let corrupt = |found: String| StoreError::Corrupt { row: format!("job {id}"), found };
     let plan = row.bytes("plan")?;
     let message = v1::Plan::decode(plan.as_slice()).map_err(|error| corrupt(format!("a plan that is none: {error}")))?;
+    let needs = row.text_if("needs")?.map(|text| serde_json::from_str::<Needs>(&text));
     let state = row.text("state")?;
     let (first_frame, frame_count) = (row.integer("first_frame")?, row.integer("frame_count")?);
     let record = JobRecord {
@@ -167,6 +187,7 @@ fn job(row: &Row) -> Result<StoredJob, StoreError> {
         first_frame,
         frame_count,
         moments: moments(row.bytes_if("moments")?, first_frame, frame_count).ok_or_else(|| corrupt("moments that are none".into()))?,
+        needs: needs.transpose().map_err(|fault| corrupt(format!("needs that are none: {fault}")))?.unwrap_or_default(),
     };
     Ok(StoredJob {
         record,
@@ -178,6 +199,8 @@ fn job(row: &Row) -> Result<StoredJob, StoreError> {
         windows: Vec::new(),
         frames: Vec::new(),
         units: Vec::new(),
+        attempts: Vec::new(),
+        witnesses: Vec::new(),
     })
 }
 
@@ -207,8 +230,10 @@ fn frame(row: &Row, samples: u32) -> Result<Frame, StoreError> {
     let statistics = row.bytes("statistics")?;
     let counts: Vec<u64> =
         statistics.chunks_exact(8).map(|b| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])).collect();
+    let failure = row.text_if("failure")?;
+    let stood = by_name(&FrameState::ALL, FrameState::name, &state).ok_or_else(|| corrupt(format!("state {state:?}")))?;
     Ok(Frame {
-        state: by_name(&FrameState::ALL, FrameState::name, &state).ok_or_else(|| corrupt(format!("state {state:?}")))?,
+        state: if failure.is_some() { FrameState::Failed } else { stood },
         started: row.time_if("started")?,
         units: row.integer("units")?,
         samples: row.integer("samples")?,
@@ -226,6 +251,9 @@ fn frame(row: &Row, samples: u32) -> Result<Frame, StoreError> {
         statistics: Statistics::from_counts(&counts),
         goal: row.integer_if("goal")?.unwrap_or(samples),
         stopped: stopped.transpose()?,
+        failed_units: row.integer("failed_units")?,
+        suspect_units: row.integer("suspect_units")?,
+        failure,
         points: Vec::new(),
     })
 }
@@ -249,16 +277,30 @@ fn point(row: &Row) -> Result<Point, StoreError> {
     })
 }
 
+fn attempt(row: &Row) -> Result<Attempt, StoreError> {
+    let ending = row.text("ending")?;
+    let corrupt = || StoreError::Corrupt { row: "attempt".into(), found: format!("ending {ending:?}") };
+    Ok(Attempt {
+        worker: WorkerId::from_bytes(row.array("worker")?),
+        epoch: row.integer("epoch")?,
+        at: Timestamp::from_millis(row.integer("at")?),
+        ending: by_name(&Ending::ALL, Ending::name, &ending).ok_or_else(corrupt)?,
+        reason: row.text("reason")?,
+    })
+}
+
 fn unit(row: &Row) -> Result<StoredUnit, StoreError> {
     let lease = row.bytes_if("worker")?;
-    let content = row.bytes_if("content")?;
+    let (content, maker) = (row.bytes_if("content")?, row.bytes_if("maker")?);
     Ok(StoredUnit {
         unit: row.integer("unit")?,
         epoch: row.integer("epoch")?,
         failures: row.integer("failures")?,
         losses: row.integer("losses")?,
+        given_up: row.integer::<u8>("given_up")? != 0,
         lease: lease.map(|_| row.array("worker").map(WorkerId::from_bytes)).transpose()?,
         result: content.map(|_| result(row)).transpose()?,
+        worker: maker.map(|_| row.array("maker").map(WorkerId::from_bytes)).transpose()?,
     })
 }
 

@@ -5,7 +5,7 @@ use gradfarm_proto::v1;
 use prost::Message;
 
 use super::{Connection, Statement};
-use crate::job::{Change, Frame, JobId, SolvedWindow};
+use crate::job::{Change, Frame, FrameState, JobId, Needs, SolvedWindow};
 use crate::store::StoreError;
 
 /// Makes one change within a transaction.
@@ -13,10 +13,15 @@ pub(in crate::store) async fn make(connection: &mut Connection<'_>, change: &Cha
     let rows = match change {
         Change::Submitted(record) => {
             let plan = v1::Plan::from(&record.plan).encode_to_vec();
+            let asks = record.needs != Needs::default();
+            let needs = asks.then(|| serde_json::to_string(&record.needs)).transpose().map_err(|fault| StoreError::Corrupt {
+                row: format!("job {}", record.id),
+                found: format!("needs that cannot be written: {fault}"),
+            })?;
             let moments: Vec<u8> = record.moments.iter().flat_map(|moment| moment.end.to_le_bytes()).collect();
             let insert =
-                "INSERT INTO jobs (id, name, priority, created, client_token, scene, plan, tile, first_frame, frame_count, moments, state)
-                          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, 'queued') ON CONFLICT DO NOTHING";
+                "INSERT INTO jobs (id, name, priority, created, client_token, scene, plan, tile, first_frame, frame_count, moments, needs, state)
+                          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, 'queued') ON CONFLICT DO NOTHING";
             let query = Statement::new(insert)
                 .bytes(&record.id.to_bytes())
                 .text(&record.name)
@@ -28,7 +33,8 @@ pub(in crate::store) async fn make(connection: &mut Connection<'_>, change: &Cha
                 .integer(record.tile)
                 .integer(record.first_frame)
                 .integer(record.frame_count)
-                .bytes(&moments);
+                .bytes(&moments)
+                .text_if(needs.as_deref());
             connection.execute(query).await?
         }
         Change::Job { job, state, error, started, finished } => {
@@ -59,19 +65,59 @@ pub(in crate::store) async fn make(connection: &mut Connection<'_>, change: &Cha
             }
             claimed
         }
-        Change::Freed { job, unit, failures, losses } => {
+        Change::Freed { job, unit, failures, losses, given_up } => {
             end_lease(connection, *job, *unit).await?;
-            let query = Statement::new("UPDATE units SET failures = $3, losses = $4 WHERE job = $1 AND unit = $2")
+            let query = Statement::new("UPDATE units SET failures = $3, losses = $4, given_up = $5 WHERE job = $1 AND unit = $2")
                 .bytes(&job.to_bytes())
                 .integer(*unit)
                 .integer(*failures)
-                .integer(*losses);
+                .integer(*losses)
+                .integer(*given_up);
+            if *given_up {
+                forget_witnesses(connection, *job, *unit).await?;
+            }
             connection.execute(query).await?
         }
-        Change::Delivered { job, unit, epoch, result } => {
+        Change::Attempt { job, unit, number, attempt } => {
+            let insert = "INSERT INTO attempts (job, unit, number, worker, epoch, at, ending, reason)
+                          SELECT id, $2, $3, $4, $5, $6, $7, $8 FROM jobs WHERE id = $1 ON CONFLICT DO NOTHING";
+            let query = Statement::new(insert)
+                .bytes(&job.to_bytes())
+                .integer(*unit)
+                .integer(*number)
+                .bytes(&attempt.worker.to_bytes())
+                .integer(attempt.epoch)
+                .integer(attempt.at.millis())
+                .text(attempt.ending.name())
+                .text(&attempt.reason);
+            connection.execute(query).await?
+        }
+        Change::Witness { job, unit, witness } => {
             end_lease(connection, *job, *unit).await?;
-            let insert = "INSERT INTO results (job, unit, epoch, content, blob, size, load, compile, render)
-                          SELECT job, unit, epoch, $4, $5, $6, $7, $8, $9 FROM units WHERE job = $1 AND unit = $2 AND epoch = $3
+            let insert = "INSERT INTO witnesses (job, unit, epoch, worker, content)
+                          SELECT job, unit, epoch, $4, $5 FROM units WHERE job = $1 AND unit = $2 AND epoch = $3 ON CONFLICT DO NOTHING";
+            let query = Statement::new(insert)
+                .bytes(&job.to_bytes())
+                .integer(*unit)
+                .integer(witness.epoch)
+                .bytes(&witness.worker.to_bytes())
+                .bytes(witness.content.as_bytes());
+            connection.execute(query).await?
+        }
+        Change::Withdrawn { job, unit, epoch } => {
+            let query = Statement::new("DELETE FROM results WHERE job = $1 AND unit = $2");
+            connection.execute(query.bytes(&job.to_bytes()).integer(*unit)).await?;
+            let query = Statement::new("UPDATE units SET epoch = $3 WHERE job = $1 AND unit = $2 AND epoch = $3 - 1");
+            connection.execute(query.bytes(&job.to_bytes()).integer(*unit).integer(*epoch)).await?
+        }
+        Change::Priority { job, priority } => {
+            let query = Statement::new("UPDATE jobs SET priority = $2 WHERE id = $1").bytes(&job.to_bytes()).integer(*priority);
+            connection.execute(query).await?
+        }
+        Change::Delivered { job, unit, epoch, worker, result } => {
+            end_lease(connection, *job, *unit).await?;
+            let insert = "INSERT INTO results (job, unit, epoch, content, blob, size, load, compile, render, worker)
+                          SELECT job, unit, epoch, $4, $5, $6, $7, $8, $9, $10 FROM units WHERE job = $1 AND unit = $2 AND epoch = $3
                           ON CONFLICT DO NOTHING";
             let query = Statement::new(insert)
                 .bytes(&job.to_bytes())
@@ -82,7 +128,8 @@ pub(in crate::store) async fn make(connection: &mut Connection<'_>, change: &Cha
                 .count(result.size)
                 .real(result.load)
                 .real(result.compile)
-                .real(result.render);
+                .real(result.render)
+                .bytes(&worker.to_bytes());
             connection.execute(query).await?
         }
         Change::File { job, position, file } => {
@@ -114,19 +161,21 @@ pub(in crate::store) async fn make(connection: &mut Connection<'_>, change: &Cha
 
 async fn keep_frame(connection: &mut Connection<'_>, job: JobId, position: u32, frame: &Frame) -> Result<u64, StoreError> {
     let upsert = "INSERT INTO frames (job, position, state, started, units, samples, load, compile, render, render_span, stitch,
-                                      reconstruct, write, estimated_relmse, statistics, goal, stopped, choice)
-                  SELECT id, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18 FROM jobs WHERE id = $1
+                                      reconstruct, write, estimated_relmse, statistics, goal, stopped, choice,
+                                      failed_units, suspect_units, failure)
+                  SELECT id, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21 FROM jobs WHERE id = $1
                   ON CONFLICT (job, position) DO UPDATE SET
                       state = excluded.state, started = excluded.started, units = excluded.units, samples = excluded.samples,
                       load = excluded.load, compile = excluded.compile, render = excluded.render, render_span = excluded.render_span,
                       stitch = excluded.stitch, reconstruct = excluded.reconstruct, write = excluded.write,
                       estimated_relmse = excluded.estimated_relmse, statistics = excluded.statistics,
-                      goal = excluded.goal, stopped = excluded.stopped, choice = excluded.choice";
+                      goal = excluded.goal, stopped = excluded.stopped, choice = excluded.choice,
+                      failed_units = excluded.failed_units, suspect_units = excluded.suspect_units, failure = excluded.failure";
     let statistics: Vec<u8> = frame.statistics.counts().iter().flat_map(|count| count.to_le_bytes()).collect();
     let query = Statement::new(upsert)
         .bytes(&job.to_bytes())
         .integer(position)
-        .text(frame.state.name())
+        .text(if frame.state == FrameState::Failed { FrameState::Assembling } else { frame.state }.name())
         .integer_if(frame.started.map(|t| t.millis()))
         .integer(frame.units)
         .count(frame.samples)
@@ -141,7 +190,10 @@ async fn keep_frame(connection: &mut Connection<'_>, job: JobId, position: u32, 
         .bytes(&statistics)
         .integer(frame.goal)
         .text_if(frame.stopped.map(Reason::name))
-        .text_if(frame.choice.as_deref());
+        .text_if(frame.choice.as_deref())
+        .integer(frame.failed_units)
+        .integer(frame.suspect_units)
+        .text_if(frame.failure.as_deref());
     let rows = connection.execute(query).await?;
     if rows == 1 {
         keep_points(connection, job, position, &frame.points).await?;
@@ -195,6 +247,13 @@ async fn keep_points(connection: &mut Connection<'_>, job: JobId, position: u32,
     Ok(())
 }
 
+/// Of a unit that is given up nothing more is compared.
+async fn forget_witnesses(connection: &mut Connection<'_>, job: JobId, unit: u32) -> Result<(), StoreError> {
+    let query = Statement::new("DELETE FROM witnesses WHERE job = $1 AND unit = $2").bytes(&job.to_bytes()).integer(unit);
+    connection.execute(query).await?;
+    Ok(())
+}
+
 async fn end_lease(connection: &mut Connection<'_>, job: JobId, unit: u32) -> Result<(), StoreError> {
     let query = Statement::new("DELETE FROM leases WHERE job = $1 AND unit = $2").bytes(&job.to_bytes()).integer(unit);
     connection.execute(query).await?;
@@ -208,6 +267,8 @@ async fn forget(connection: &mut Connection<'_>, job: JobId) -> Result<u64, Stor
         return Ok(0);
     }
     let parts = [
+        "DELETE FROM attempts WHERE job = $1",
+        "DELETE FROM witnesses WHERE job = $1",
         "DELETE FROM points WHERE job = $1",
         "DELETE FROM files WHERE job = $1",
         "DELETE FROM shares WHERE job = $1",
