@@ -40,6 +40,18 @@ pub enum Error {
         /// The job.
         job: JobId,
     },
+    /// There is no such picture of the frame, or not yet.
+    #[error("frame {frame} of job {job} cannot be shown as {view}: that is {needs}")]
+    NotShown {
+        /// The job.
+        job: JobId,
+        /// The frame.
+        frame: u32,
+        /// What was to be seen.
+        view: &'static str,
+        /// When it can be seen.
+        needs: &'static str,
+    },
     /// The job is over: what was asked can no longer be done.
     #[error("job {job} is {state} already")]
     Over {

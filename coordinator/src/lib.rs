@@ -23,6 +23,7 @@ pub mod plot;
 #[allow(unreachable_pub, dead_code)]
 #[path = "../../tests/src/postgres.rs"]
 mod postgres;
+pub mod preview;
 pub mod request;
 #[cfg(test)]
 #[allow(unreachable_pub, dead_code)]

@@ -125,6 +125,16 @@ impl Coordinator {
         self.process.end(patience)
     }
 
+    /// The administrator's token.
+    pub fn token(&self) -> String {
+        std::fs::read_to_string(self.data.path().join("state/token")).unwrap().trim().to_owned()
+    }
+
+    /// Where people and browsers find it.
+    pub fn address(&self) -> String {
+        format!("http://{}", self.listen)
+    }
+
     /// Starts a worker for it.
     pub fn worker(&self, threads: usize) -> Process {
         Self::worker_of(&[self], threads)

@@ -1,7 +1,8 @@
 //! What the tests of the whole system share: statistics, scenes with closed forms, frames and moments rendered without a farm, laws of shifts, images by another renderer, the programs, a
-//! PostgreSQL and an S3 server, and a farm of separate processes.
+//! PostgreSQL and an S3 server, a browser, and a farm of separate processes.
 
 pub mod animation;
+pub mod browser;
 pub mod effort;
 pub mod farm;
 pub mod frame;

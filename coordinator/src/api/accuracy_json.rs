@@ -1,13 +1,14 @@
 //! The JSON shape of a frame's accuracy: what it cost, and what more of it would cost.
 
 use gradfarm_core::accuracy::{Estimate, Point, Price};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::json::ErrorEstimate;
 use crate::service::AccuracyView;
 
 /// The error of a frame against samples and seconds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Accuracy {
     /// Frame number.
     pub frame: u32,
@@ -40,7 +41,7 @@ pub struct Accuracy {
 }
 
 /// One measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AccuracyPoint {
     /// Samples per pixel.
     pub samples: u32,
@@ -56,7 +57,7 @@ pub struct AccuracyPoint {
 }
 
 /// The law of the error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AccuracyFit {
     /// Natural logarithm of the relMSE at one sample.
     pub intercept: f64,
@@ -65,7 +66,7 @@ pub struct AccuracyFit {
 }
 
 /// The law of the cost.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AccuracyCost {
     /// However few the samples are [s].
     pub fixed_seconds: f64,
@@ -76,7 +77,7 @@ pub struct AccuracyCost {
 }
 
 /// What an error costs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AccuracyPrice {
     /// The error.
     pub relmse: f64,

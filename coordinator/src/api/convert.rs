@@ -105,6 +105,7 @@ impl From<TileView> for json::Tile {
             units: view.units.into(),
             leased: view.leased,
             failed: view.failed,
+            workers: view.workers.iter().map(ToString::to_string).collect(),
         }
     }
 }

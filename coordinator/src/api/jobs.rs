@@ -1,19 +1,22 @@
 //! Jobs: submit, list, show, call off.
 
+use std::time::Duration;
+
 use axum::Json;
 use axum::body::Bytes;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{FromRequest, Multipart, Path, Query, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use futures::StreamExt;
 use serde::Deserialize;
 
 use super::json::{DryRun, Job, JobPage};
 use super::problem::Problem;
 use super::{relay, submission};
 use crate::error::Error;
-use crate::job::JobId;
-use crate::service::Handle;
+use crate::job::{JobId, JobState};
+use crate::service::{Handle, JobSummary};
 
 /// How to submit.
 #[derive(Debug, Default, Deserialize)]
@@ -65,7 +68,27 @@ pub(super) async fn submit(
 pub(super) struct Page {
     limit: Option<usize>,
     cursor: Option<String>,
+    /// A state, or `open` for those that are not over.
+    state: Option<String>,
+    /// Part of the name, whatever its case, or the beginning of the id.
+    search: Option<String>,
 }
+
+impl Page {
+    /// Whether a job is among those that are asked for.
+    fn takes(&self, job: &JobSummary) -> bool {
+        let search = self.search.as_deref().unwrap_or_default().to_lowercase();
+        let state = match self.state.as_deref() {
+            None => true,
+            Some(OPEN) => !job.state.is_final(),
+            Some(name) => job.state.name() == name,
+        };
+        state && (search.is_empty() || job.name.to_lowercase().contains(&search) || job.id.to_string().starts_with(&search))
+    }
+}
+
+/// Stands for all states that are not final.
+const OPEN: &str = "open";
 
 /// Jobs on a page unless asked otherwise, and at most.
 const PAGE: usize = 50;
@@ -82,10 +105,14 @@ pub(super) async fn list(
     if !(1..=PAGE_MOST).contains(&limit) {
         return Err(Problem::field("limit", format!("limit is {limit}, expected 1 to {PAGE_MOST}")));
     }
+    if let Some(name) = page.state.as_deref().filter(|name| *name != OPEN && JobState::ALL.iter().all(|state| state.name() != *name)) {
+        let names = JobState::ALL.map(JobState::name).join(", ");
+        return Err(Problem::field("state", format!("state is {name:?}, expected {OPEN} or one of {names}")));
+    }
     let before = page.cursor.as_deref().map(|cursor| cursor.parse::<JobId>()).transpose();
     let before = before.map_err(|fault| Problem::field("cursor", fault.to_string()))?;
     let mut jobs = service.list().await?;
-    jobs.retain(|job| before.is_none_or(|before| job.id < before));
+    jobs.retain(|job| before.is_none_or(|before| job.id < before) && page.takes(job));
     let more = jobs.len() > limit;
     jobs.truncate(limit);
     let next = if more { jobs.last().map(|job| job.id.to_string()) } else { None };
@@ -93,14 +120,40 @@ pub(super) async fn list(
     if relay::is_relayed(&headers) {
         return Ok(Json(own));
     }
-    let mut pages = relay::pages(&service, limit, before, &headers).await?;
+    let query = [("limit", Some(limit.to_string())), ("cursor", page.cursor), ("state", page.state), ("search", page.search)];
+    let query: Vec<(&str, String)> = query.into_iter().filter_map(|(name, value)| Some((name, value?))).collect();
+    let mut pages = relay::pages(&service, &query, &headers).await?;
     pages.push(own);
     Ok(Json(relay::merge(pages, limit)))
 }
 
-/// `GET /jobs/{job}`.
-pub(super) async fn show(State(service): State<Handle>, Path(job): Path<String>) -> Result<Json<Job>, Problem> {
-    Ok(Json(service.get(parse(&job)?).await?.into()))
+/// How long to wait for a job.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Wait {
+    /// A number of seconds, such as `30` or `30s`.
+    wait: Option<String>,
+}
+
+/// Longest wait of one request [s].
+const WAIT_MOST: f64 = 300.0;
+
+/// `GET /jobs/{job}?wait=30s`: at once, or when the job is over, at the latest after so many seconds.
+pub(super) async fn show(
+    State(service): State<Handle>,
+    Path(job): Path<String>,
+    wait: Result<Query<Wait>, QueryRejection>,
+) -> Result<Json<Job>, Problem> {
+    let Query(Wait { wait }) = wait?;
+    let job = parse(&job)?;
+    if let Some(text) = wait {
+        let seconds = text.strip_suffix('s').unwrap_or(&text).parse().ok().filter(|seconds| (0.0..=WAIT_MOST).contains(seconds));
+        let fault = || Problem::field("wait", format!("wait is {text:?}, expected 0 to {WAIT_MOST} seconds, such as 30s"));
+        let events = service.subscribe(job).await?;
+        // The stream ends when the job is over.
+        let _late = tokio::time::timeout(Duration::from_secs_f64(seconds.ok_or_else(fault)?), events.for_each(|_| async {})).await;
+    }
+    Ok(Json(service.get(job).await?.into()))
 }
 
 /// `POST /jobs/{job}/cancel` and `DELETE /jobs/{job}`: answers with the job as it then stands.

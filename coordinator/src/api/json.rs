@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use super::accuracy_json::{Accuracy, AccuracyCost, AccuracyFit, AccuracyPoint, AccuracyPrice};
 pub use super::schedule_json::{Attempt, DryRun, FailedUnit, Needs, Waiting};
 
 /// So much of so much.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Count {
     /// Finished.
     pub done: u64,
@@ -24,7 +25,7 @@ impl Count {
 }
 
 /// How far a job or frame has come.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Progress {
     /// Units of work.
     pub units: Count,
@@ -33,7 +34,7 @@ pub struct Progress {
 }
 
 /// A job in a list.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct JobSummary {
     /// Its name for the farm.
     pub id: String,
@@ -78,7 +79,7 @@ pub fn is_final(state: &str) -> bool {
 }
 
 /// A page of the list of jobs, newest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct JobPage {
     /// The jobs.
     pub jobs: Vec<JobSummary>,
@@ -88,7 +89,7 @@ pub struct JobPage {
 }
 
 /// A job in full.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Job {
     /// What the list says.
     #[serde(flatten)]
@@ -117,7 +118,7 @@ pub struct Job {
 }
 
 /// What the bits of an image depend on besides the scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlanView {
     /// Film width [pixels].
     pub width: u32,
@@ -171,7 +172,7 @@ pub struct PlanView {
 }
 
 /// When frames are and how they are exposed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Timeline {
     /// Frames per second.
     pub fps: f64,
@@ -182,7 +183,7 @@ pub struct Timeline {
 }
 
 /// How moments are reconstructed together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Temporal {
     /// Moments of a window.
     pub window: u32,
@@ -193,7 +194,7 @@ pub struct Temporal {
 }
 
 /// The frames `first .. end`, which show the same image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Moment {
     /// The first one.
     pub first: u32,
@@ -202,7 +203,7 @@ pub struct Moment {
 }
 
 /// A window of moments that is reconstructed as a whole.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Window {
     /// Counts from 0.
     pub number: u32,
@@ -217,7 +218,7 @@ pub struct Window {
 }
 
 /// A frame of a job.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Frame {
     /// Frame number.
     pub number: u32,
@@ -256,7 +257,7 @@ pub struct Frame {
 }
 
 /// An error that was estimated without a reference.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ErrorEstimate {
     /// Estimated relMSE.
     pub relmse: f64,
@@ -267,7 +268,7 @@ pub struct ErrorEstimate {
 }
 
 /// Where the time went [s].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Seconds {
     /// Fetching scenes and assets, summed over workers.
     pub load: f64,
@@ -286,14 +287,14 @@ pub struct Seconds {
 }
 
 /// The tiles of a frame, row by row.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Tiles {
     /// The tiles.
     pub tiles: Vec<Tile>,
 }
 
 /// A tile of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Tile {
     /// First column.
     pub x: u32,
@@ -310,17 +311,20 @@ pub struct Tile {
     /// How many of them were given up.
     #[serde(default)]
     pub failed: u64,
+    /// Who holds these, as in [`Worker`], each once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub workers: Vec<String>,
 }
 
 /// The connected workers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Workers {
     /// The workers.
     pub workers: Vec<Worker>,
 }
 
 /// A worker.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Worker {
     /// Its name for the farm.
     pub id: String,
@@ -356,9 +360,16 @@ pub struct Worker {
     pub lies: u32,
 }
 
+/// Jobs that changed, as an event of the farm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FarmJobs {
+    /// The jobs, newest first.
+    pub jobs: Vec<JobSummary>,
+}
+
 /// Something that happened to a job. The name of the server-sent event is the key: `state`, `progress`, `tile`,
 /// `accuracy`, `window` or `frame`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Event {
     /// The job's state; the first event of every stream, and after a final state the last.
@@ -412,7 +423,7 @@ pub enum Event {
 }
 
 /// An uploaded file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Asset {
     /// BLAKE3 of its bytes, hexadecimal.
     pub digest: String,
@@ -421,7 +432,7 @@ pub struct Asset {
 }
 
 /// Whether the coordinator works.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Health {
     /// `ok`.
     pub status: String,

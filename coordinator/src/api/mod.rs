@@ -4,10 +4,11 @@
 //!
 //! | method | address | what |
 //! |---|---|---|
+//! | GET | `/openapi.json` | all of this for programs |
 //! | GET | `/health` | whether the coordinator works |
 //! | POST | `/jobs` | submit: JSON that refers to uploaded assets, or a form with scene and files |
-//! | GET | `/jobs?limit=&cursor=` | list, newest first |
-//! | GET, DELETE, PATCH | `/jobs/{id}` | one job; call it off; change its priority |
+//! | GET | `/jobs?limit=&cursor=&state=&search=` | list, newest first |
+//! | GET, DELETE, PATCH | `/jobs/{id}?wait=` | one job, when it is over or after so many seconds; call it off; change its priority |
 //! | POST | `/jobs/{id}/cancel` | call it off |
 //! | POST | `/jobs/{id}/retry` | try again what failed |
 //! | GET | `/jobs/{id}/events?tiles=` | what happens to it, as server-sent events |
@@ -15,6 +16,7 @@
 //! | GET | `/jobs/{id}/frames/{n}/tiles` | its tiles |
 //! | GET | `/jobs/{id}/frames/{n}/frame.exr`, `frame.png` | its files |
 //! | GET | `/jobs/{id}/frames/{n}/frame.json` | what was counted, tile by tile |
+//! | GET | `/jobs/{id}/frames/{n}/preview.png?view=&exposure=&most=` | what there is of it so far, for the eye; `preview.pfm`: in numbers |
 //! | GET | `/jobs/{id}/frames/{n}/accuracy` | its error against samples and seconds, and what more accuracy costs |
 //! | GET | `/jobs/{id}/frames/{n}/accuracy.svg` | the same as a plot |
 //! | POST | `/assets` | upload a file |
@@ -27,6 +29,9 @@
 //! | DELETE | `/join-tokens/{token}` | revoke one |
 //! | GET | `/enrolments` | the workers that joined |
 //! | DELETE | `/enrolments/{worker}` | throw one out |
+//! | GET | `/events` | jobs that change and workers, as server-sent events |
+//!
+//! The web page is at `/`, outside of this.
 
 mod accuracy;
 mod accuracy_json;
@@ -35,11 +40,16 @@ pub mod audit;
 mod convert;
 pub mod enrolment;
 mod events;
+mod farm_events;
 mod frames;
 mod guard;
 mod health;
+mod imported;
 mod jobs;
 pub mod json;
+pub mod openapi;
+mod page;
+mod preview;
 pub mod problem;
 mod relay;
 pub mod roles;
@@ -71,6 +81,7 @@ pub const UPLOAD_BYTES: usize = 1 << 30;
 /// All routes, answered through `handle`.
 pub fn router(handle: Handle) -> Router {
     let routes = Router::new()
+        .route("/openapi.json", get(openapi::show))
         .route("/health", get(health::show))
         .route("/jobs", post(jobs::submit).layer(DefaultBodyLimit::max(UPLOAD_BYTES)).get(jobs::list))
         .route("/jobs/{job}", get(jobs::show).delete(jobs::cancel).patch(jobs::change))
@@ -84,6 +95,8 @@ pub fn router(handle: Handle) -> Router {
         .route("/jobs/{job}/frames/{frame}/frame.exr", get(frames::exr))
         .route("/jobs/{job}/frames/{frame}/frame.png", get(frames::png))
         .route("/jobs/{job}/frames/{frame}/frame.json", get(frames::statistics))
+        .route("/jobs/{job}/frames/{frame}/preview.png", get(preview::png))
+        .route("/jobs/{job}/frames/{frame}/preview.pfm", get(preview::pfm))
         .route("/jobs/{job}/frames/{frame}/accuracy", get(accuracy::show))
         .route("/jobs/{job}/frames/{frame}/accuracy.svg", get(accuracy::svg))
         .route("/assets", post(assets::upload).layer(DefaultBodyLimit::max(UPLOAD_BYTES)))
@@ -96,11 +109,14 @@ pub fn router(handle: Handle) -> Router {
         .route("/join-tokens/{token}", delete(enrolment::revoke_join))
         .route("/enrolments", get(enrolment::workers))
         .route("/enrolments/{worker}", delete(enrolment::revoke))
+        .route("/events", get(farm_events::stream))
         .layer(middleware::from_fn_with_state(handle.clone(), relay::relay))
         .with_state(handle.clone());
     Router::new()
         .nest(ROOT, routes)
         .route_layer(middleware::from_fn(guard::authorise))
+        // After the guard: the page's files are for anybody.
+        .merge(page::routes())
         .fallback(guard::nowhere)
         .method_not_allowed_fallback(guard::no_method)
         .layer(middleware::from_fn_with_state(handle.clone(), guard::identify))

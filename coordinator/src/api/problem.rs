@@ -6,13 +6,14 @@ use axum::extract::rejection::{BytesRejection, JsonRejection, QueryRejection};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use gradfarm_core::scene;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::error::Error;
 
 /// A problem: the body of every answer that is not a success.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Problem {
     /// The sort of problem, as a URN: `urn:gradfarm:problem:` and one of a few words. Programs go by this.
     #[serde(rename = "type")]
@@ -173,7 +174,11 @@ impl From<Error> for Problem {
         let detail = error.to_string();
         match error {
             Error::NoJob(_) | Error::NoFrame { .. } | Error::NoToken(_) | Error::NoWorker(_) => Self::not_found(detail),
-            Error::NotReady { .. } | Error::Over { .. } | Error::NothingFailed(_) | Error::TokenReused { .. } => Self::conflict(detail),
+            Error::NotReady { .. }
+            | Error::NotShown { .. }
+            | Error::Over { .. }
+            | Error::NothingFailed(_)
+            | Error::TokenReused { .. } => Self::conflict(detail),
             Error::Invalid { what, .. } => Self::field(what, detail),
             Error::Scene(fault) => fault.into(),
             Error::Plan(_) | Error::Units(_) => Self::unprocessable("plan", "The scene cannot be rendered as asked", detail),

@@ -116,23 +116,27 @@ async fn forward(service: &Handle, base: &str, parts: &Parts, body: Body) -> Res
 pub(super) async fn job(service: &Handle, job: JobId, token: Option<&HeaderValue>) -> Result<Job, Problem> {
     let base = service.elsewhere(job).await?.ok_or(Error::NoJob(job))?;
     let away = |fault: reqwest::Error| Problem::unavailable(format!("the coordinator that has job {job} does not answer: {fault}"));
-    let mut request = client().get(format!("{}{}/jobs/{job}", base.trim_end_matches('/'), super::ROOT)).header(RELAYED, "1");
+    let mut request = client(service).get(format!("{}{}/jobs/{job}", base.trim_end_matches('/'), super::ROOT)).header(RELAYED, "1");
     if let Some(token) = token {
         request = request.header(header::AUTHORIZATION, token);
     }
     request.timeout(PATIENCE).send().await.and_then(reqwest::Response::error_for_status).map_err(away)?.json().await.map_err(away)
 }
 
-/// What the other coordinators have on a page of the list. One that does not answer is left out: it is gone, and its jobs are about to be
+/// What the other coordinators have on a page of the list that this query asks for. One that does not answer is left out: it is gone, and its jobs are about to be
 /// somebody else's.
-pub(super) async fn pages(service: &Handle, limit: usize, before: Option<JobId>, headers: &HeaderMap) -> Result<Vec<JobPage>, Problem> {
-    let cursor = before.map_or_else(String::new, |before| format!("&cursor={before}"));
+pub(super) async fn pages(service: &Handle, query: &[(&str, String)], headers: &HeaderMap) -> Result<Vec<JobPage>, Problem> {
     let ask = |base: String| {
-        let mut request = client(service).get(format!("{}{}/jobs?limit={limit}{cursor}", base.trim_end_matches('/'), super::ROOT));
-        if let Some(token) = headers.get(header::AUTHORIZATION) {
-            request = request.header(header::AUTHORIZATION, token);
-        }
-        async move { request.header(RELAYED, "1").timeout(PATIENCE).send().await.ok()?.json::<JobPage>().await.ok() }
+        let address = reqwest::Url::parse(&format!("{}{}/jobs", base.trim_end_matches('/'), super::ROOT));
+        let request = address.ok().map(|mut address| {
+            address.query_pairs_mut().extend_pairs(query);
+            let request = client(service).get(address);
+            match headers.get(header::AUTHORIZATION) {
+                Some(token) => request.header(header::AUTHORIZATION, token),
+                None => request,
+            }
+        });
+        async move { request?.header(RELAYED, "1").timeout(PATIENCE).send().await.ok()?.json::<JobPage>().await.ok() }
     };
     Ok(future::join_all(service.peers().await?.into_iter().map(ask)).await.into_iter().flatten().collect())
 }

@@ -2,26 +2,31 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
+use std::path::Path;
 
 use axum::body::Bytes;
 use axum::extract::multipart::{Field, Multipart};
 use gradfarm_core::plan::{Request, Stop, Timeline};
 use gradfarm_core::scene::SceneDescription;
+use gradfarm_core::scene::read::Format;
 use gradfarm_proto::Digest;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
+use super::imported;
 use super::problem::Problem;
 use crate::job::{Needs, needs};
 use crate::request;
 use crate::service::{Frames, Handle, Submission};
 
 /// The JSON body of a submission.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JobRequest {
     /// The scene description.
+    #[schemars(with = "Value")]
     pub scene: Box<RawValue>,
     /// Digest of every file that the scene refers to, by the name it uses. Each must have been uploaded.
     #[serde(default)]
@@ -32,7 +37,7 @@ pub struct JobRequest {
 }
 
 /// What may be asked for; everything left out is chosen from the scene. In a form, each is a field of its own.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JobOptions {
     /// The job's name for people; otherwise that of the scene's file.
@@ -168,7 +173,7 @@ pub fn from_json(body: &[u8]) -> Result<Submission, Problem> {
     complete(&scene, body.scene.get().to_owned(), assets, &body.options, "unnamed")
 }
 
-/// Reads a form: a part `scene` with the description, parts `asset` whose file names are those that the scene uses, and one part
+/// Reads a form: a part `scene` with the description (or a scene of another format that can be imported), parts `asset` whose file names are those that the scene uses, and one part
 /// for each option. The files are stored as they come.
 ///
 /// # Errors
@@ -198,9 +203,14 @@ pub async fn from_form(mut form: Multipart, service: &Handle) -> Result<Submissi
     let options: JobOptions = serde_path_to_error::deserialize(Value::Object(options))
         .map_err(|fault| Problem::field(&fault.path().to_string(), fault.inner().to_string()))?;
     let (file, bytes) = scene.ok_or_else(|| Problem::field("scene", "the form has no part `scene`; with curl: -F scene=@scene.json"))?;
+    let stem = file.rsplit('/').next().unwrap_or(&file);
+    if let Some(format) = Format::of(Path::new(&file), &bytes).filter(|format| *format != Format::Native) {
+        let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+        let (description, text) = imported::import(format, &file, bytes, &mut assets, service).await?;
+        return complete(&description, text, assets, &options, stem);
+    }
     let text = String::from_utf8(bytes.into()).map_err(|fault| Problem::field("scene", format!("{file} is not UTF-8: {fault}")))?;
     let description = SceneDescription::from_json(&text, &file)?;
-    let stem = file.rsplit('/').next().unwrap_or(&file);
     complete(&description, text, assets, &options, stem.strip_suffix(".json").unwrap_or(stem))
 }
 

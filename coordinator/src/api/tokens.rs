@@ -7,6 +7,7 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::problem::Problem;
@@ -15,12 +16,13 @@ use crate::clock::Timestamp;
 use crate::service::Handle;
 
 /// A token to be issued.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TokenRequest {
     /// For people: whose it is, or what it is for.
     pub name: String,
     /// What its bearer may do.
+    #[schemars(with = "String")]
     pub role: Role,
     /// The projects that it is for; all if there are none.
     #[serde(default)]
@@ -31,13 +33,14 @@ pub struct TokenRequest {
 }
 
 /// A token as it is shown.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct TokenInfo {
     /// What to call it, for instance to revoke it.
     pub id: String,
     /// For people.
     pub name: String,
     /// What its bearer may do.
+    #[schemars(with = "String")]
     pub role: Role,
     /// The projects that it is for; all if there are none.
     pub projects: Vec<String>,
@@ -53,6 +56,7 @@ pub struct TokenInfo {
     pub issued_by: String,
     /// The token itself: only in the answer to the request that issued it.
     #[serde(default, with = "shown", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<String>")]
     pub token: Option<Secret>,
 }
 
@@ -73,7 +77,7 @@ pub(super) mod shown {
 }
 
 /// All tokens.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Tokens {
     /// Newest first.
     pub tokens: Vec<TokenInfo>,

@@ -7,6 +7,7 @@
 mod counted;
 mod finish;
 mod measure;
+mod so_far;
 mod stitch;
 mod window;
 
@@ -15,6 +16,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use gradfarm_core::plan::Guide;
 use tokio::sync::{Semaphore, mpsc};
+
+pub(crate) use so_far::SoFar;
 
 use crate::clock::Clock;
 use crate::job::{Assembled, Attempt, Errand, Frame, Job, JobId, JobRecord, Measured, ShareRecord, SolvedWindow};

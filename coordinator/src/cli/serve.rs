@@ -1,5 +1,6 @@
 //! `gradfarm serve`: a coordinator that stays.
 
+use std::io::{self, IsTerminal};
 use std::net::SocketAddr;
 use std::path::Path;
 use std::time::Duration;
@@ -92,7 +93,12 @@ fn announce(data: &Path, http: SocketAddr, grpc: SocketAddr, tls: Option<&tls::O
     let authority = own.and_then(Result::ok);
     let addresses = json!({ "http": http, "grpc": grpc, "authority": authority, "pid": std::process::id() });
     Target::check(&data.join("address.json"))?.write(format!("{addresses}\n").as_bytes())?;
-    terminal::line(format_args!("people   {http}{}", api::ROOT))?;
+    // With the token only where a person sees it: fragments are never sent, but output that is kept is read by others.
+    let token = match io::stdout().is_terminal() {
+        true => std::fs::read_to_string(data.join(access::ADMIN_TOKEN)).map(|token| format!("#token={}", token.trim())).unwrap_or_default(),
+        false => String::new(),
+    };
+    terminal::line(format_args!("people   {http}/{token}"))?;
     terminal::line(format_args!("workers  gradfarm-worker --coordinator {grpc}{}", if tls.is_some() { " --join FILE" } else { "" }))?;
     terminal::line(format_args!(
         "tokens   {} and {}, for this user on this machine",

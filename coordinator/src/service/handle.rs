@@ -22,6 +22,7 @@ use crate::access::Gate;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::job::{FileKind, JobId, Lack};
+use crate::preview::Previews;
 use crate::schedule::Split;
 use crate::store::{Blobs, Store};
 use crate::tls::Secured;
@@ -36,6 +37,7 @@ pub struct Handle {
     pub(super) gate: Arc<Gate>,
     pub(super) secured: Option<Arc<Secured>>,
     pub(super) rules: Arc<Rules>,
+    pub(super) previews: Arc<Previews>,
 }
 
 /// What would become of a submission.

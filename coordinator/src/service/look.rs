@@ -138,11 +138,17 @@ pub(super) fn tiles(job: &Job, number: u32) -> Result<Vec<TileView>, Error> {
     let whole = job.frames[position as usize].state == FrameState::Done;
     let passes = job.split.passes_within(job.frames[position as usize].goal);
     let view = |(index, tile): (usize, &gradfarm_core::lattice::Tile)| {
-        let mut view = TileView { tile: *tile, units: Count { done: 0, total: u64::from(passes) }, leased: 0, failed: 0 };
+        let mut view =
+            TileView { tile: *tile, units: Count { done: 0, total: u64::from(passes) }, leased: 0, failed: 0, workers: Vec::new() };
         for pass in 0..passes {
             match job.unit(job.split.unit(Place { frame: position, pass, tile: index as u32 })).map(|unit| unit.state) {
                 Some(UnitState::Done { .. }) => view.units.done += 1,
-                Some(UnitState::Leased { .. }) => view.leased += 1,
+                Some(UnitState::Leased { worker, .. }) => {
+                    view.leased += 1;
+                    if !view.workers.contains(&worker) {
+                        view.workers.push(worker);
+                    }
+                }
                 // Units of finished jobs are not kept in memory.
                 None if whole => view.units.done += 1,
                 Some(UnitState::GivenUp) => view.failed += 1,

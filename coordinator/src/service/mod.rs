@@ -16,6 +16,7 @@ mod leases;
 #[cfg(test)]
 mod load;
 mod look;
+mod looking;
 mod roster;
 mod rules;
 mod submission;
@@ -35,6 +36,7 @@ use tokio::task::JoinSet;
 use uuid::Uuid;
 
 pub use handle::{DryRun, Handle};
+pub(crate) use looking::Seen;
 pub use rules::{LimitRule, ProjectRule, Rules};
 pub use submission::{Frames, Submission};
 pub use view::{
@@ -176,6 +178,7 @@ impl Service {
             gate,
             secured,
             rules: rules.clone(),
+            previews: Arc::default(),
         };
         let commands_of_all = handle.commands.downgrade();
         let workshop = Workshop::new(commands_of_all.clone(), store.clone(), blobs.clone());

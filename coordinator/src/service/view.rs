@@ -166,7 +166,7 @@ pub struct AccuracyView {
 }
 
 /// A tile of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileView {
     /// Its pixels.
     pub tile: Tile,
@@ -176,6 +176,8 @@ pub struct TileView {
     pub leased: u64,
     /// How many of them were given up.
     pub failed: u64,
+    /// Who holds these, each once.
+    pub workers: Vec<WorkerId>,
 }
 
 /// A worker.
