@@ -174,11 +174,9 @@ impl From<Error> for Problem {
         let detail = error.to_string();
         match error {
             Error::NoJob(_) | Error::NoFrame { .. } | Error::NoToken(_) | Error::NoWorker(_) => Self::not_found(detail),
-            Error::NotReady { .. }
-            | Error::NotShown { .. }
-            | Error::Over { .. }
-            | Error::NothingFailed(_)
-            | Error::TokenReused { .. } => Self::conflict(detail),
+            Error::NotReady { .. } | Error::NotShown { .. } | Error::Over { .. } | Error::NothingFailed(_) | Error::TokenReused { .. } => {
+                Self::conflict(detail)
+            }
             Error::Invalid { what, .. } => Self::field(what, detail),
             Error::Scene(fault) => fault.into(),
             Error::Plan(_) | Error::Units(_) => Self::unprocessable("plan", "The scene cannot be rendered as asked", detail),

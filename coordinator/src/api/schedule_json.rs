@@ -1,5 +1,6 @@
 //! The JSON shapes of what the schedule says: what a job asks of the farm, why it waits, units that were given up and why.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::json::PlanView;
@@ -8,7 +9,7 @@ use crate::schedule;
 use crate::service::{self, FailedUnitView};
 
 /// What a job asks of the farm.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Needs {
     /// The project that it belongs to; empty: none in particular.
@@ -38,7 +39,7 @@ impl From<job::Needs> for Needs {
 }
 
 /// Why a job gets no worker at this moment.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Waiting {
     /// One word: `paused`, `making`, `no_worker`, `none_fits`, `limit`, `priority`, `share` or `busy`.
     pub reason: String,
@@ -53,7 +54,7 @@ impl From<&schedule::Waiting> for Waiting {
 }
 
 /// What would become of a submission.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DryRun {
     /// The plan, with the reason for each choice.
     pub plan: PlanView,
@@ -89,7 +90,7 @@ impl From<service::DryRun> for DryRun {
 }
 
 /// A unit that was given up: its frame's image is made without it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct FailedUnit {
     /// First column of its tile.
     pub x: u32,
@@ -108,7 +109,7 @@ pub struct FailedUnit {
 }
 
 /// An attempt at a unit that came to nothing.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Attempt {
     /// Who had it.
     pub worker: String,

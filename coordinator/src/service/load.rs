@@ -84,7 +84,7 @@ async fn every_unit_is_granted_and_counted_once_under_load() {
     let (reply, answer) = oneshot::channel();
     let look = move |dispatcher: &mut Dispatcher| {
         let job = dispatcher.job(job).unwrap();
-        drop(reply.send((job.units_done(), job.leases(), job.unit(0).map(|unit| unit.epoch))));
+        reply.send((job.units_done(), job.leases(), job.unit(0).map(|unit| unit.epoch))).ok();
     };
     loop_.send(Command::Look(Box::new(look))).await.unwrap();
     assert_eq!(answer.await.unwrap(), (all, 0, Some(1)));
