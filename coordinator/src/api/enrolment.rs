@@ -7,6 +7,7 @@ use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::problem::Problem;
@@ -20,7 +21,7 @@ use crate::service::Handle;
 const HOUR: u32 = 3600;
 
 /// A join token to be issued.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JoinRequest {
     /// The pool that its workers belong to.
@@ -35,7 +36,7 @@ pub struct JoinRequest {
 }
 
 /// A join token as it is shown.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct JoinInfo {
     /// What to call it, for instance to revoke it.
     pub id: String,
@@ -51,6 +52,7 @@ pub struct JoinInfo {
     pub issued_by: String,
     /// The token itself: only in the answer to the request that issued it.
     #[serde(default, with = "shown", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<String>")]
     pub token: Option<Secret>,
     /// The certificate that the worker shall trust (PEM): only there, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,14 +60,14 @@ pub struct JoinInfo {
 }
 
 /// All join tokens.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct JoinTokens {
     /// Newest first.
     pub join_tokens: Vec<JoinInfo>,
 }
 
 /// A worker with a certificate.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct EnrolledWorker {
     /// Its identifier, also in the list of connected workers.
     pub id: String,
@@ -82,7 +84,7 @@ pub struct EnrolledWorker {
 }
 
 /// All workers that were ever enrolled.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct EnrolledWorkers {
     /// Newest first.
     pub workers: Vec<EnrolledWorker>,

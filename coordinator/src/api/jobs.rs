@@ -9,6 +9,7 @@ use axum::extract::{FromRequest, Multipart, Path, Query, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures::StreamExt;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::json::{DryRun, Job, JobPage};
@@ -178,9 +179,10 @@ pub(super) async fn resume(State(service): State<Handle>, Path(job): Path<String
 }
 
 /// What may be changed of a job.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Changes {
+    /// Jobs of higher priority come first.
     priority: i32,
 }
 
@@ -193,9 +195,10 @@ pub(super) async fn change(State(service): State<Handle>, Path(job): Path<String
 }
 
 /// What is tried again.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Retry {
+    /// In this frame only.
     frame: Option<u32>,
 }
 

@@ -5,6 +5,9 @@ use schemars::generate::{SchemaGenerator, SchemaSettings};
 use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value, json};
 
+use super::audit::AuditPage;
+use super::enrolment::{EnrolledWorker, EnrolledWorkers, JoinInfo, JoinRequest, JoinTokens};
+use super::jobs::{Changes, Retry};
 use super::json::{Accuracy, Asset, Event, FarmJobs, Frame, Health, Job, JobPage, Tiles, Workers};
 use super::problem::{self, Problem};
 use super::submission::{JobOptions, JobRequest};
@@ -68,7 +71,14 @@ const OPERATIONS: &[Operation] = &[
         ],
         Answer::Shape(shape::<JobPage>),
     ),
-    Operation { method: "post", path: "/jobs", says: "Submit a job", query: &[], status: 201, answer: Answer::Shape(shape::<Job>) },
+    Operation {
+        method: "post",
+        path: "/jobs",
+        says: "Submit a job",
+        query: &[("dry_run", "boolean", "check it only; answers with 200 and what would become of it")],
+        status: 201,
+        answer: Answer::Shape(shape::<Job>),
+    },
     get(
         "/jobs/{job}",
         "One job",
@@ -83,9 +93,18 @@ const OPERATIONS: &[Operation] = &[
         status: 200,
         answer: Answer::Shape(shape::<Job>),
     },
+    Operation {
+        method: "patch",
+        path: "/jobs/{job}",
+        says: "Change a job's priority",
+        query: &[],
+        status: 200,
+        answer: Answer::Shape(shape::<Job>),
+    },
     act("/jobs/{job}/cancel", "Call a job off"),
     act("/jobs/{job}/pause", "No leases until it is resumed"),
     act("/jobs/{job}/resume", "Let a paused job go on"),
+    act("/jobs/{job}/retry", "Try again what failed"),
     get(
         "/jobs/{job}/events",
         "What happens to a job",
@@ -132,6 +151,38 @@ const OPERATIONS: &[Operation] = &[
         query: &[],
         status: 200,
         answer: Answer::Shape(shape::<TokenInfo>),
+    },
+    get(
+        "/audit",
+        "Who changed what, newest first",
+        &[("limit", "integer", "lines on a page, 1 to 1000"), ("before", "string", "`next` of the page before")],
+        Answer::Shape(shape::<AuditPage>),
+    ),
+    get("/join-tokens", "The tokens with which workers join", &[], Answer::Shape(shape::<JoinTokens>)),
+    Operation {
+        method: "post",
+        path: "/join-tokens",
+        says: "Issue a join token",
+        query: &[],
+        status: 201,
+        answer: Answer::Shape(shape::<JoinInfo>),
+    },
+    Operation {
+        method: "delete",
+        path: "/join-tokens/{token}",
+        says: "Revoke a join token",
+        query: &[],
+        status: 200,
+        answer: Answer::Shape(shape::<JoinInfo>),
+    },
+    get("/enrolments", "The workers that joined", &[], Answer::Shape(shape::<EnrolledWorkers>)),
+    Operation {
+        method: "delete",
+        path: "/enrolments/{worker}",
+        says: "Throw a worker out",
+        query: &[],
+        status: 200,
+        answer: Answer::Shape(shape::<EnrolledWorker>),
     },
     get("/events", "Jobs that change, and the workers", &[], Answer::Events(shape::<FarmJobs>)),
 ];
@@ -213,12 +264,17 @@ fn body(operation: &Operation, generator: &mut SchemaGenerator) -> Option<Value>
                 json!({ "required": true, "content": { "application/json": { "schema": json }, "multipart/form-data": { "schema": form } } }),
             )
         }
-        ("post", "/tokens") => {
-            Some(json!({ "required": true, "content": { "application/json": { "schema": shape::<TokenRequest>(generator) } } }))
-        }
+        ("post", "/tokens") => Some(json_body(true, shape::<TokenRequest>(generator))),
+        ("post", "/join-tokens") => Some(json_body(true, shape::<JoinRequest>(generator))),
+        ("patch", "/jobs/{job}") => Some(json_body(true, shape::<Changes>(generator))),
+        ("post", "/jobs/{job}/retry") => Some(json_body(false, shape::<Retry>(generator))),
         ("post", "/assets") => Some(json!({ "required": true, "content": { "application/octet-stream": {} } })),
         _ => None,
     }
+}
+
+fn json_body(required: bool, schema: Schema) -> Value {
+    json!({ "required": required, "content": { "application/json": { "schema": schema } } })
 }
 
 #[cfg(test)]

@@ -8,11 +8,12 @@ use crate::job::{Action, Answer, Change, Job, News, Seconds, WorkerId};
 pub(super) fn apply(job: &mut Job, unit: u32, epoch: u32, worker: WorkerId, result: DeliveredRecord, now: Timestamp) -> Vec<Action> {
     let superseded = vec![Action::Answer(Answer::Superseded)];
     let Some(held) = job.unit(unit).copied() else { return superseded };
-    if held.epoch != epoch || epoch == 0 {
-        return superseded;
-    }
+    // A witness stays one while others are asked, under epochs of their own.
     if let Some(given) = job.witnesses(unit).iter().find(|witness| witness.epoch == epoch) {
         return if given.content == result.content { vec![Action::Answer(Answer::Accepted)] } else { superseded };
+    }
+    if held.epoch != epoch || epoch == 0 {
+        return superseded;
     }
     match held.state {
         // Delivered again because the first answer was lost.

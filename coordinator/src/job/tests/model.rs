@@ -57,11 +57,11 @@ enum Happening {
 }
 
 impl World {
-    /// Whatever a later step can depend on.
+    /// Whatever a later step can depend on, and what is looked for.
     fn key(&self) -> String {
         let units: Vec<_> = self.job.units.all().collect();
         let job = format!("{:?} {:?} {:?} {}", self.job.state, units, self.job.frames, self.job.started.is_some());
-        format!("{job} {:?} {:?} {:?}", self.granted, self.counted, self.broken)
+        format!("{job} {:?} {:?} {:?} {}", self.granted, self.counted, self.broken, self.superseded)
     }
 }
 
@@ -186,9 +186,7 @@ impl Model for Small {
                     world.broken = Some(format!("a restart makes {:?} of {:?}", told(&job), told(&world.job)));
                 }
                 // Of a job that is done nothing is held in memory; what workers may send for it is superseded, which was seen already.
-                if job.units.all().next().is_none() {
-                    return None;
-                }
+                job.units.all().next()?;
                 world.job = job;
                 Vec::new()
             }
