@@ -52,6 +52,12 @@ pub struct ServeConfig {
     /// Rendering threads of each of them [default: the cores shared out]
     #[arg(long, value_name = "N", env = "GRADFARM_THREADS", value_parser = clap::value_parser!(u16).range(1..=i64::from(embedded::THREADS_MOST)))]
     pub threads: Option<u16>,
+    /// Let anybody read the metrics, without a token: their numbers name no job, but tell how busy the farm is
+    #[arg(long, env = "GRADFARM_METRICS_OPEN")]
+    pub metrics_open: bool,
+    /// How long to finish what is under way once it is told to stop, such as 30s; a second signal ends it at once
+    #[arg(long, value_name = "TIME", env = "GRADFARM_DRAIN", default_value = "30s", value_parser = span)]
+    pub drain: Duration,
     /// How both ports are encrypted.
     #[command(flatten)]
     pub tls: TlsConfig,

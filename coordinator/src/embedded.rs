@@ -4,6 +4,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::thread;
+use std::time::Duration;
 
 use tokio::net::TcpListener;
 use tokio::sync::watch;
@@ -48,6 +49,7 @@ impl Farm {
     pub async fn start(config: service::Config, listener: TcpListener, threads: &[usize]) -> Result<Self, Error> {
         let io = |source| Error::Io { what: "address of the workers' listener".to_owned(), source };
         let grpc = listener.local_addr().map_err(io)?;
+        let drain = config.drain;
         let service = Service::open(config).await?;
         let handle = service.handle();
         let token = handle.gate().in_process_worker().expose().to_owned();
@@ -60,6 +62,7 @@ impl Farm {
         for (k, threads) in threads.iter().enumerate() {
             let mut config = gradfarm_worker::Config::new(&url, format!("embedded-{}", k + 1), *threads);
             config.credential = gradfarm_worker::Credential::InProcess { token: token.clone(), authority: authority.clone() };
+            config.drain = drain;
             workers.spawn(gradfarm_worker::run(config, wait(stopping.clone())));
         }
         Ok(Self { handle, grpc, stop_workers, stop_service, service, broken: false, workers })
@@ -99,6 +102,25 @@ impl Farm {
             }
             ended = worker => format!("a worker ended: {}", reason(ended)),
         }
+    }
+
+    /// Goes off duty: grants nothing any more, lets the workers of this process finish what they are at, and waits for requests that change
+    /// something, at most so long.
+    ///
+    /// # Errors
+    /// Only [`Error::Stopped`].
+    pub async fn drain(&mut self, most: Duration) -> Result<(), Error> {
+        self.handle.drain().await?;
+        self.stop_workers.send_replace(true);
+        let handle = self.handle.clone();
+        let finished = async {
+            while self.workers.join_next().await.is_some() {}
+            handle.idle().await;
+        };
+        if tokio::time::timeout(most, finished).await.is_err() {
+            tracing::warn!(seconds = most.as_secs(), "out of time: not everything under way was finished");
+        }
+        Ok(())
     }
 
     /// Stops workers and service, in this order, and waits for them.

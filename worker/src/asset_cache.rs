@@ -15,6 +15,7 @@ use tonic::{Code, Status};
 
 use crate::backoff::Backoff;
 use crate::dial::Dial;
+use crate::metrics::Metrics;
 
 /// Fetches and keeps content.
 #[derive(Clone)]
@@ -22,6 +23,7 @@ pub(crate) struct AssetCache {
     /// Whom to ask, one after the other.
     dials: Vec<Dial>,
     folder: Option<Arc<Folder>>,
+    metrics: Arc<Metrics>,
 }
 
 #[derive(Debug)]
@@ -35,11 +37,11 @@ impl AssetCache {
     ///
     /// # Errors
     /// If the folder cannot be made.
-    pub(crate) fn new(dials: Vec<Dial>, folder: Option<PathBuf>, most: u64) -> io::Result<Self> {
+    pub(crate) fn new(dials: Vec<Dial>, folder: Option<PathBuf>, most: u64, metrics: Arc<Metrics>) -> io::Result<Self> {
         if let Some(path) = &folder {
             fs::create_dir_all(path)?;
         }
-        Ok(Self { dials, folder: folder.map(|path| Arc::new(Folder { path, most })) })
+        Ok(Self { dials, folder: folder.map(|path| Arc::new(Folder { path, most })), metrics })
     }
 
     /// The content of a digest. Waits for a coordinator that is away.
@@ -50,10 +52,12 @@ impl AssetCache {
         if let Some(folder) = self.folder.clone() {
             let found = tokio::task::spawn_blocking(move || folder.read(digest)).await;
             if let Ok(Some(bytes)) = found {
+                self.metrics.asset("cache", bytes.len());
                 return Ok(bytes);
             }
         }
         let bytes = self.fetch_patiently(digest).await?;
+        self.metrics.asset("coordinator", bytes.len());
         if let Some(folder) = self.folder.clone() {
             let copy = bytes.clone();
             let kept = tokio::task::spawn_blocking(move || folder.write(digest, &copy)).await;

@@ -1,6 +1,8 @@
 //! What a worker needs to know before it starts.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use gradfarm_proto::limits;
 
@@ -39,6 +41,10 @@ pub struct Config {
     pub tags: Vec<String>,
     /// Memory that it may use [bytes]; 0: it does not say.
     pub memory: u64,
+    /// Where to show metrics, if anywhere; without a token, so best on loopback.
+    pub metrics: Option<SocketAddr>,
+    /// How long it may take to finish and deliver what it is at, once it is told to stop.
+    pub drain: Duration,
 }
 
 impl Config {
@@ -57,6 +63,8 @@ impl Config {
             pool: String::new(),
             tags: Vec::new(),
             memory: 0,
+            metrics: None,
+            drain: Duration::from_secs(30),
         }
     }
 

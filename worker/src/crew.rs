@@ -17,12 +17,14 @@ use crate::enrolment;
 use crate::error::Error;
 use crate::execute::Pool;
 use crate::lease_loop;
+use crate::metrics::{self, Metrics};
 
 /// What the loops share.
 pub(crate) struct Crew {
     /// As its certificate says, or drawn when the process starts; the same for all coordinators.
     pub(crate) worker: [u8; 16],
     pub(crate) pool: Pool,
+    pub(crate) metrics: Arc<Metrics>,
     members: Vec<Member>,
 }
 
@@ -72,8 +74,14 @@ pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Sen
     let first = Dial::new(&config.coordinator, config.credential.clone(), papers.clone(), trust)?;
     let urls: Vec<String> = [&config.coordinator].into_iter().chain(&config.others).cloned().collect();
     let dials = urls.iter().map(|url| first.to(url)).collect::<Result<Vec<_>, _>>()?;
+    let metrics = Arc::new(Metrics::default());
+    metrics.threads.set(config.threads as i64);
+    let _shown = match config.metrics {
+        Some(address) => Some(AbortOnDrop(tokio::spawn(show(metrics::serve(address, metrics.clone()).await?)))),
+        None => None,
+    };
     let members = dials.iter().map(|dial| Member { dial: dial.clone(), orphans: Mutex::default() }).collect();
-    let crew = Arc::new(Crew { worker, pool: Pool::start(config.threads)?, members });
+    let crew = Arc::new(Crew { worker, pool: Pool::start(config.threads, metrics.clone())?, metrics, members });
     let renewal = source.zip(papers).map(|(source, papers)| AbortOnDrop(tokio::spawn(enrolment::keep_good(dials, source, papers))));
     let (tell, told) = watch::channel(false);
     let mut loops = JoinSet::new();
@@ -81,6 +89,7 @@ pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Sen
         let config = Config { coordinator: url, ..config.clone() };
         loops.spawn(lease_loop::run(own, crew.clone(), config, until(told.clone())));
     }
+    let draining = crew.metrics.draining.clone();
     drop(crew);
     let mut stopping = false;
     let mut outcome = Ok(());
@@ -96,6 +105,7 @@ pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Sen
             },
         }
         if stopping {
+            draining.set(1);
             tell.send_replace(true);
         }
     }
@@ -105,6 +115,12 @@ pub(crate) async fn run(config: Config, shutdown: impl Future<Output = ()> + Sen
         let _aborted = (&mut renewal.0).await;
     }
     outcome
+}
+
+async fn show(server: impl Future<Output = std::io::Result<()>>) {
+    if let Err(problem) = server.await {
+        tracing::warn!(%problem, "metrics are shown no longer");
+    }
 }
 
 /// A task that ends with whoever started it.

@@ -1,5 +1,7 @@
 //! Brings a result home: sends it again and again until the coordinator has answered.
 
+use std::sync::Arc;
+
 use gradfarm_proto::block::EncodedBlock;
 use gradfarm_proto::convert::LeaseName;
 use gradfarm_proto::v1::deliver_reply::Outcome;
@@ -9,6 +11,7 @@ use tonic::Code;
 
 use crate::backoff::Backoff;
 use crate::dial::Dial;
+use crate::metrics::Metrics;
 
 /// A result on its way.
 #[derive(Clone, Debug)]
@@ -22,7 +25,7 @@ pub(crate) struct Delivery {
 }
 
 /// Delivers to one coordinator after the other; returns once one has answered, whatever it said.
-pub(crate) async fn deliver(mut dials: Vec<Dial>, delivery: Delivery) {
+pub(crate) async fn deliver(mut dials: Vec<Dial>, delivery: Delivery, metrics: Arc<Metrics>) {
     let mut backoff = Backoff::new();
     let lease = delivery.lease;
     loop {
@@ -35,6 +38,11 @@ pub(crate) async fn deliver(mut dials: Vec<Dial>, delivery: Delivery) {
         match sent {
             Ok(reply) => {
                 let reply = reply.into_inner();
+                metrics.delivered(match reply.outcome() {
+                    Outcome::Accepted => "accepted",
+                    Outcome::Superseded => "superseded",
+                    Outcome::Refused | Outcome::Unspecified => "refused",
+                });
                 match reply.outcome() {
                     Outcome::Accepted => tracing::debug!(unit = lease.unit, epoch = lease.epoch, "delivered"),
                     Outcome::Superseded => tracing::info!(unit = lease.unit, epoch = lease.epoch, "superseded: result dropped"),
@@ -46,11 +54,13 @@ pub(crate) async fn deliver(mut dials: Vec<Dial>, delivery: Delivery) {
             }
             // The coordinator will not understand it better the next time, nor let this worker deliver it.
             Err(status) if matches!(status.code(), Code::InvalidArgument | Code::PermissionDenied) => {
+                metrics.delivered("refused");
                 tracing::error!(unit = lease.unit, epoch = lease.epoch, reason = status.message(), "result not understood");
                 return;
             }
             Err(status) => tracing::debug!(unit = lease.unit, problem = %status, "result kept, trying again"),
         }
+        metrics.delivery_retries.inc();
         // Another coordinator may have taken the job over.
         dials.rotate_left(1);
         tokio::time::sleep(backoff.wait()).await;

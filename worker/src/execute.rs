@@ -16,6 +16,7 @@ use gradfarm_proto::convert::LeaseName;
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::error::Error;
+use crate::metrics::Metrics;
 
 /// A unit with all it needs.
 #[derive(Clone)]
@@ -64,12 +65,12 @@ impl Pool {
     ///
     /// # Errors
     /// If the system gives no more threads.
-    pub(crate) fn start(threads: usize) -> Result<Self, Error> {
+    pub(crate) fn start(threads: usize, metrics: Arc<Metrics>) -> Result<Self, Error> {
         let shared = Arc::<Shared>::default();
         let pool = Self { shared: shared.clone(), _open: Arc::new(Open(shared.clone())) };
         for k in 0..threads {
-            let shared = shared.clone();
-            let spawned = thread::Builder::new().name(format!("render-{k}")).spawn(move || work(&shared));
+            let (shared, metrics) = (shared.clone(), metrics.clone());
+            let spawned = thread::Builder::new().name(format!("render-{k}")).spawn(move || work(&shared, &metrics));
             spawned.map_err(|source| Error::Io { what: format!("rendering thread {k}"), source })?;
         }
         Ok(pool)
@@ -123,22 +124,30 @@ impl Shared {
     }
 }
 
-fn work(shared: &Shared) {
+fn work(shared: &Shared, metrics: &Metrics) {
     while let Some(task) = shared.next() {
         if task.reports.send(Report::Started { lease: task.lease }).is_err() {
             // Who wanted it is gone.
             continue;
         }
+        metrics.rendering.inc();
         let start = Instant::now();
         // `render_unit` keeps nothing between calls, so a panic leaves nothing half done behind.
         let rendered =
             catch_unwind(AssertUnwindSafe(|| render_watched(&*task.exposure, &task.plan, &task.unit, task.guide.as_deref(), &task.watch)));
         let render_seconds = start.elapsed().as_secs_f64();
+        metrics.rendering.dec();
         let outcome = match rendered {
             Ok(_) if task.watch.is_stopped() => Err("it was told to stop".to_owned()),
             Ok(block) => block::encode(&block).map_err(|error| format!("encoding the block: {error}")),
             Err(panic) => Err(format!("rendering panicked: {}", words(panic.as_ref()))),
         };
+        let counted = match &outcome {
+            Ok(_) => "rendered",
+            Err(_) if task.watch.is_stopped() => "stopped",
+            Err(_) => "failed",
+        };
+        metrics.unit(counted, task.watch.samples(), render_seconds);
         // Who wanted it may be gone.
         let _gone = task.reports.send(Report::Finished { lease: task.lease, outcome, render_seconds });
     }

@@ -27,10 +27,8 @@ use crate::deliver::{Delivery, deliver};
 use crate::error::Error;
 use crate::execute::{Report, Task};
 use crate::link::{self, News};
+use crate::metrics::Counted;
 use crate::scene_cache::{Prepared, SceneCache, Sight, prepare};
-
-/// How long a worker that is told to stop may take to finish and deliver what it is at.
-const GRACE: Duration = Duration::from_secs(10);
 
 /// Where a lease stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +79,8 @@ struct Loop {
     tasks: JoinSet<Done>,
     preparing: Vec<Sight>,
     outbox: Option<mpsc::Sender<v1::WorkerMessage>>,
+    /// Counts the stream while it is open.
+    connected: Option<Counted>,
     /// Leases asked for on this stream and not granted yet.
     asked: u32,
     heartbeat: Duration,
@@ -93,7 +93,7 @@ struct Loop {
 /// If it cannot start, or the coordinator refuses the worker for good.
 pub(crate) async fn run(own: usize, crew: Arc<Crew>, config: Config, shutdown: impl Future<Output = ()> + Send) -> Result<(), Error> {
     let folder = |source| Error::Io { what: "cache folder".into(), source };
-    let assets = AssetCache::new(crew.dials(own), config.cache.clone(), config.cache_bytes).map_err(folder)?;
+    let assets = AssetCache::new(crew.dials(own), config.cache.clone(), config.cache_bytes, crew.metrics.clone()).map_err(folder)?;
     let (reporter, mut reports) = mpsc::unbounded_channel();
     let (sender, mut news) = mpsc::channel(64);
     // The stream has a connection of its own, so that heartbeats never wait behind results.
@@ -109,6 +109,7 @@ pub(crate) async fn run(own: usize, crew: Arc<Crew>, config: Config, shutdown: i
         tasks: JoinSet::new(),
         preparing: Vec::new(),
         outbox: None,
+        connected: None,
         asked: 0,
         heartbeat: Duration::from_secs(1),
         stopping: false,
@@ -132,7 +133,7 @@ impl Loop {
             tokio::select! {
                 () = &mut shutdown, if !self.stopping => {
                     self.stopping = true;
-                    deadline = Some(Instant::now() + GRACE);
+                    deadline = Some(Instant::now() + self.config.drain);
                     tracing::info!(held = self.held.len(), "stopping");
                     self.hand_back(|stage| matches!(stage, Stage::Waiting | Stage::Queued)).await;
                 }
@@ -158,6 +159,7 @@ impl Loop {
                     Some(News::Up(outbox)) => {
                         tracing::info!(coordinator = %self.config.coordinator, "connected");
                         (self.outbox, self.asked) = (Some(outbox), 0);
+                        self.connected = Some(Counted::new(&self.crew.metrics.connected));
                         self.crew.set_orphans(self.own, std::iter::empty());
                     }
                     Some(News::Message(message)) => {
@@ -168,7 +170,7 @@ impl Loop {
                         self.obey(message).await;
                     }
                     Some(News::Down) => {
-                        self.outbox = None;
+                        (self.outbox, self.connected) = (None, None);
                         self.crew.set_orphans(self.own, self.held.keys().copied());
                     }
                     Some(News::Refused(error)) => return Err(error),
@@ -311,6 +313,7 @@ impl Loop {
                 match outcome {
                     Ok(prepared) => {
                         tracing::info!(scene = %manifest, load = prepared.load_seconds, compile = prepared.compile_seconds, "scene ready");
+                        self.crew.metrics.scene(prepared.load_seconds + prepared.compile_seconds);
                         self.scenes.insert(sight, prepared.exposure.clone());
                         // The first unit that waited tells how long it took.
                         if let Some(held) = waiting.first().and_then(|lease| self.held.get_mut(lease)) {
@@ -345,9 +348,10 @@ impl Loop {
                         held.stage = Stage::Delivering;
                         let (load_seconds, compile_seconds) = (held.load_seconds, held.compile_seconds);
                         let delivery = Delivery { worker: self.crew.worker, lease, block, load_seconds, compile_seconds, render_seconds };
-                        let dials = self.crew.dials(self.own);
+                        let (dials, metrics) = (self.crew.dials(self.own), self.crew.metrics.clone());
                         let deliver = async move {
-                            deliver(dials, delivery).await;
+                            let _counted = Counted::new(&metrics.spooled);
+                            deliver(dials, delivery, metrics.clone()).await;
                             Done::Delivered(lease)
                         };
                         held.delivery = Some(self.tasks.spawn(deliver));

@@ -12,8 +12,8 @@ use tracing_subscriber::EnvFilter;
 ///
 /// The worker opens one connection to the coordinator, asks for as many units of work as it has threads, renders them and sends the
 /// results back. Nothing needs to reach the worker from outside. It keeps trying while the coordinator is away, and holds finished
-/// results until they are acknowledged. Ctrl-C or SIGTERM makes it finish the units it is at (10 s at most), hand the others back and
-/// exit with code 0; a second Ctrl-C stops it at once.
+/// results until they are acknowledged. Ctrl-C or SIGTERM makes it finish the units it is at (within --drain), hand the others back and
+/// exit with code 0; a second signal stops it at once.
 ///
 /// A worker on the coordinator's machine shows the token that the coordinator has put into its folder; started elsewhere than the
 /// coordinator was, it needs --data or --token-file to find it. From another machine it joins with --join, over https://, and renews its
@@ -71,6 +71,12 @@ struct Arguments {
     /// Name for people [default: host name and process number].
     #[arg(long, value_name = "NAME", env = "GRADFARM_NAME")]
     name: Option<String>,
+    /// Where to show metrics for Prometheus, such as 127.0.0.1:7790: without a token, so keep it on loopback or in a network that you trust.
+    #[arg(long, value_name = "ADDRESS", env = "GRADFARM_METRICS")]
+    metrics: Option<std::net::SocketAddr>,
+    /// How long it may take to finish and deliver what it is at once it is told to stop, such as 30s; the rest is handed back.
+    #[arg(long, value_name = "TIME", env = "GRADFARM_DRAIN", default_value = "30s", value_parser = span)]
+    drain: std::time::Duration,
     /// What to log: error, warn, info, debug or trace, or a list such as info,gradfarm_worker=debug.
     #[arg(long, value_name = "FILTER", env = "GRADFARM_LOG", default_value = "info")]
     log: String,
@@ -115,6 +121,7 @@ async fn start(arguments: Arguments) -> anyhow::Result<()> {
     config.others = coordinators.collect();
     config.scenes = arguments.scenes;
     (config.pool, config.tags) = (arguments.pool, arguments.tags);
+    (config.metrics, config.drain) = (arguments.metrics, arguments.drain);
     config.memory = arguments.memory.unwrap_or_else(memory_of_this_machine);
     tracing::info!(name = %config.name, threads, coordinator = %config.coordinator, others = ?config.others, cache = ?config.cache, "worker starts");
     let told = stop_signal()?;
@@ -159,6 +166,15 @@ fn memory(text: &str) -> Result<u64, String> {
     amount.and_then(|amount| amount.checked_mul(1 << (10 * power))).ok_or_else(|| "expected a size such as 512M or 8G".to_owned())
 }
 
+/// A span of time: a whole number with s, m or h.
+fn span(text: &str) -> Result<std::time::Duration, String> {
+    let seconds = [("s", 1), ("m", 60), ("h", 3600)].into_iter().find_map(|(unit, seconds)| {
+        let number: u64 = text.strip_suffix(unit)?.parse().ok()?;
+        number.checked_mul(seconds)
+    });
+    seconds.map(std::time::Duration::from_secs).ok_or_else(|| "expected a span of time such as 30s or 5m".to_owned())
+}
+
 /// All memory that there is, where the system tells [bytes]; else 0.
 fn memory_of_this_machine() -> u64 {
     let told = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
@@ -176,24 +192,24 @@ fn default_cache() -> Option<PathBuf> {
     base.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"))).map(|base| base.join("gradfarm"))
 }
 
-/// Ready when the worker is told to stop; a second Ctrl-C ends the process.
+/// Ready when the worker is told to stop; a second signal ends the process.
 fn stop_signal() -> std::io::Result<impl Future<Output = ()> + Send> {
     #[cfg(unix)]
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
     Ok(async move {
         #[cfg(unix)]
-        tokio::select! {
-            _ = tokio::signal::ctrl_c() => {}
-            _ = terminate.recv() => {}
-        }
-        #[cfg(not(unix))]
-        if tokio::signal::ctrl_c().await.is_err() {
-            return;
-        }
-        tokio::spawn(async {
-            if tokio::signal::ctrl_c().await.is_ok() {
-                std::process::exit(130);
+        let mut told = async move || {
+            tokio::select! {
+                _ = tokio::signal::ctrl_c() => {}
+                _ = terminate.recv() => {}
             }
+        };
+        #[cfg(not(unix))]
+        let mut told = async || drop(tokio::signal::ctrl_c().await);
+        told().await;
+        tokio::spawn(async move {
+            told().await;
+            std::process::exit(130);
         });
     })
 }

@@ -126,6 +126,7 @@ impl From<WorkerView> for json::Worker {
             delivered: worker.delivered,
             failed: worker.failed,
             set_aside_until_ms: worker.set_aside_until.map(|time| time.millis()),
+            draining: worker.draining,
             lies: worker.lies,
         }
     }

@@ -355,6 +355,9 @@ pub struct Worker {
     pub failed: u64,
     /// It gets no work until then, for it failed too often in a row or was wrong [ms since 1970].
     pub set_aside_until_ms: Option<i64>,
+    /// An operator lets it finish what it holds, and gives it nothing new.
+    #[serde(default)]
+    pub draining: bool,
     /// Results of its that others showed to be wrong.
     #[serde(default)]
     pub lies: u32,

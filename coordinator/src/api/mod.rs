@@ -6,6 +6,7 @@
 //! |---|---|---|
 //! | GET | `/openapi.json` | all of this for programs |
 //! | GET | `/health` | whether the coordinator works |
+//! | GET | `/ready` | whether requests should be sent here |
 //! | POST | `/jobs` | submit: JSON that refers to uploaded assets, or a form with scene and files |
 //! | GET | `/jobs?limit=&cursor=&state=&search=` | list, newest first |
 //! | GET, DELETE, PATCH | `/jobs/{id}?wait=` | one job, when it is over or after so many seconds; call it off; change its priority |
@@ -22,6 +23,7 @@
 //! | POST | `/assets` | upload a file |
 //! | HEAD | `/assets/{digest}` | whether a file is there |
 //! | GET | `/workers` | the connected workers |
+//! | POST | `/workers/{worker}/drain`, `resume` | a worker gets nothing new; gets work again |
 //! | GET, POST | `/tokens` | the tokens; issue one |
 //! | DELETE | `/tokens/{token}` | revoke one |
 //! | GET | `/audit?limit=&before=` | who changed what, newest first |
@@ -29,6 +31,7 @@
 //! | DELETE | `/join-tokens/{token}` | revoke one |
 //! | GET | `/enrolments` | the workers that joined |
 //! | DELETE | `/enrolments/{worker}` | throw one out |
+//! | GET | `/metrics` | what is counted and measured, for Prometheus; also at `/metrics` itself |
 //! | GET | `/events` | jobs that change and workers, as server-sent events |
 //!
 //! The web page is at `/`, outside of this.
@@ -47,6 +50,7 @@ mod health;
 mod imported;
 mod jobs;
 pub mod json;
+mod metrics;
 pub mod openapi;
 mod page;
 mod preview;
@@ -83,6 +87,7 @@ pub fn router(handle: Handle) -> Router {
     let routes = Router::new()
         .route("/openapi.json", get(openapi::show))
         .route("/health", get(health::show))
+        .route("/ready", get(health::ready))
         .route("/jobs", post(jobs::submit).layer(DefaultBodyLimit::max(UPLOAD_BYTES)).get(jobs::list))
         .route("/jobs/{job}", get(jobs::show).delete(jobs::cancel).patch(jobs::change))
         .route("/jobs/{job}/cancel", post(jobs::cancel))
@@ -102,6 +107,8 @@ pub fn router(handle: Handle) -> Router {
         .route("/assets", post(assets::upload).layer(DefaultBodyLimit::max(UPLOAD_BYTES)))
         .route("/assets/{digest}", head(assets::check))
         .route("/workers", get(workers::list))
+        .route("/workers/{worker}/drain", post(workers::drain))
+        .route("/workers/{worker}/resume", post(workers::resume))
         .route("/tokens", get(tokens::list).post(tokens::issue))
         .route("/tokens/{token}", delete(tokens::revoke))
         .route("/audit", get(audit::show))
@@ -110,17 +117,21 @@ pub fn router(handle: Handle) -> Router {
         .route("/enrolments", get(enrolment::workers))
         .route("/enrolments/{worker}", delete(enrolment::revoke))
         .route("/events", get(farm_events::stream))
+        .route("/metrics", get(metrics::show))
         .layer(middleware::from_fn_with_state(handle.clone(), relay::relay))
         .with_state(handle.clone());
+    let measured = handle.clone();
     Router::new()
         .nest(ROOT, routes)
-        .route_layer(middleware::from_fn(guard::authorise))
+        .merge(Router::new().route("/metrics", get(metrics::show)).with_state(handle.clone()))
+        .route_layer(middleware::from_fn_with_state(handle.clone(), guard::authorise))
         // After the guard: the page's files are for anybody.
         .merge(page::routes())
         .fallback(guard::nowhere)
         .method_not_allowed_fallback(guard::no_method)
         .layer(middleware::from_fn_with_state(handle.clone(), guard::identify))
         .layer(middleware::from_fn_with_state(handle, guard::own_pages_only))
+        .layer(middleware::from_fn_with_state(measured, metrics::measure))
         .layer(TraceLayer::new_for_http())
 }
 

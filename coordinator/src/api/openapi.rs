@@ -59,6 +59,8 @@ const PREVIEW: &[Parameter] = &[
 /// All operations.
 const OPERATIONS: &[Operation] = &[
     get("/openapi.json", "This description", &[], Answer::Bytes("application/json")),
+    get("/metrics", "What is counted and measured, for Prometheus", &[], Answer::Bytes("application/openmetrics-text")),
+    get("/ready", "Whether requests should be sent here", &[], Answer::Shape(shape::<Health>)),
     get("/health", "Whether the coordinator works", &[], Answer::Shape(shape::<Health>)),
     get(
         "/jobs",
@@ -111,6 +113,22 @@ const OPERATIONS: &[Operation] = &[
         &[("tiles", "boolean", "whether to tell of every tile, too")],
         Answer::Events(shape::<Event>),
     ),
+    Operation {
+        method: "post",
+        path: "/workers/{worker}/drain",
+        says: "Let a worker finish what it holds, and give it nothing new",
+        query: &[],
+        status: 200,
+        answer: Answer::Shape(shape::<Workers>),
+    },
+    Operation {
+        method: "post",
+        path: "/workers/{worker}/resume",
+        says: "Give a worker work again",
+        query: &[],
+        status: 200,
+        answer: Answer::Shape(shape::<Workers>),
+    },
     get("/jobs/{job}/frames/{frame}", "One frame", &[], Answer::Shape(shape::<Frame>)),
     get("/jobs/{job}/frames/{frame}/tiles", "The tiles of a frame, row by row", &[], Answer::Shape(shape::<Tiles>)),
     get("/jobs/{job}/frames/{frame}/frame.exr", "The image with all layers", &[], Answer::Bytes("image/x-exr")),

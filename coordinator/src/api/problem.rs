@@ -117,6 +117,12 @@ impl Problem {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Not available at the moment", detail)
     }
 
+    /// 503: requests should go elsewhere for now.
+    pub fn unready(reasons: &[String]) -> Self {
+        let problem = Self::new(StatusCode::SERVICE_UNAVAILABLE, "unready", "The coordinator is not ready", reasons.join("; "));
+        problem.with("reasons", reasons.to_vec())
+    }
+
     /// 503: the coordinator is going down.
     pub fn stopping() -> Self {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "stopping", "The coordinator is stopping", "try again when it is back")

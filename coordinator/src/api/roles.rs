@@ -31,6 +31,7 @@ const fn entry(method: &'static str, path: &'static str, role: Role) -> Entry {
 /// Every address.
 pub const TABLE: &[Entry] = &[
     Entry { method: "GET", path: "/health", needs: Needs::Nothing },
+    Entry { method: "GET", path: "/ready", needs: Needs::Nothing },
     entry("GET", "/jobs", Role::Viewer),
     entry("POST", "/jobs", Role::Submitter),
     entry("GET", "/jobs/{job}", Role::Viewer),
@@ -53,7 +54,10 @@ pub const TABLE: &[Entry] = &[
     entry("POST", "/assets", Role::Submitter),
     entry("HEAD", "/assets/{digest}", Role::Viewer),
     entry("GET", "/workers", Role::Viewer),
+    entry("POST", "/workers/{worker}/drain", Role::Operator),
+    entry("POST", "/workers/{worker}/resume", Role::Operator),
     entry("GET", "/events", Role::Viewer),
+    entry("GET", "/metrics", Role::Viewer),
     entry("GET", "/openapi.json", Role::Viewer),
     entry("GET", "/tokens", Role::Admin),
     entry("POST", "/tokens", Role::Admin),
@@ -91,9 +95,9 @@ mod tests {
     }
 
     #[test]
-    fn only_health_is_open() {
+    fn only_health_and_readiness_are_open() {
         let open: Vec<&str> = TABLE.iter().filter(|entry| entry.needs == Needs::Nothing).map(|entry| entry.path).collect();
-        assert_eq!(open, ["/health"]);
+        assert_eq!(open, ["/health", "/ready"]);
         assert_eq!(needs(&Method::HEAD, "/health"), Some(Needs::Nothing));
         assert_eq!(needs(&Method::PATCH, "/health"), None);
         assert!(TABLE.iter().all(|entry| entry.needs != Needs::Role(Role::Worker)), "workers have a port of their own");

@@ -13,6 +13,7 @@ mod window;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use gradfarm_core::plan::Guide;
 use tokio::sync::{Semaphore, mpsc};
@@ -21,6 +22,7 @@ pub(crate) use so_far::SoFar;
 
 use crate::clock::Clock;
 use crate::job::{Assembled, Attempt, Errand, Frame, Job, JobId, JobRecord, Measured, ShareRecord, SolvedWindow};
+use crate::metrics::Metrics;
 use crate::schedule::Split;
 use crate::service::command::Command;
 use crate::store::{BlobError, Blobs, Store, StoreError};
@@ -38,6 +40,7 @@ pub(crate) struct Workshop {
     measured: Arc<Mutex<Option<measure::Ready>>>,
     /// Moments of the window that was solved last which the next one has, too.
     films: Arc<Mutex<window::Films>>,
+    metrics: Arc<Metrics>,
 }
 
 /// What is assembled.
@@ -105,7 +108,7 @@ enum AssembleError {
 
 impl Workshop {
     /// A workshop that reports to the loop behind `commands`.
-    pub(crate) fn new(commands: mpsc::WeakSender<Command>, store: Arc<dyn Store>, blobs: Blobs) -> Self {
+    pub(crate) fn new(commands: mpsc::WeakSender<Command>, store: Arc<dyn Store>, blobs: Blobs, metrics: Arc<Metrics>) -> Self {
         Self {
             commands,
             store,
@@ -114,6 +117,7 @@ impl Workshop {
             clock: Clock::new(),
             measured: Arc::default(),
             films: Arc::default(),
+            metrics,
         }
     }
 
@@ -131,26 +135,29 @@ impl Workshop {
         let shop = self.clone();
         tokio::spawn(async move {
             let Ok(_bench) = shop.bench.acquire().await else { return };
+            let begun = Instant::now();
             if let (Errand::Window { window }, Some(layout)) = (errand, layout) {
                 let outcome = window::solve(&tasks, layout, window, &shop).await.map_err(|error| error.to_string());
+                shop.metrics.assembled("window", begun.elapsed());
                 return shop.report(Command::Solved { job, window, outcome }).await;
             }
             let Some(task) = tasks.pop() else { return };
-            let done = match errand {
+            let (what, done) = match errand {
                 Errand::Window { .. } | Errand::Release => return,
                 Errand::Assemble { frame } => {
                     let outcome = shop.assemble(task).await.map_err(|error| error.to_string());
-                    Command::Assembled { job, frame, outcome }
+                    ("frame", Command::Assembled { job, frame, outcome })
                 }
                 Errand::Measure { frame } => {
                     let outcome = shop.measure(task).await.map_err(|error| error.to_string());
-                    Command::Measured { job, frame, outcome }
+                    ("measure", Command::Measured { job, frame, outcome })
                 }
                 Errand::Guide { frame, round } => {
                     let outcome = shop.guide(task, round, before).await.map(Arc::new).map_err(|error| error.to_string());
-                    Command::Guided { job, frame, round, outcome }
+                    ("guide", Command::Guided { job, frame, round, outcome })
                 }
             };
+            shop.metrics.assembled(what, begun.elapsed());
             shop.report(done).await;
         });
     }

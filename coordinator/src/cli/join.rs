@@ -10,6 +10,7 @@ use super::error::Error;
 use super::{span, terminal};
 use crate::access::{PrivateFileError, write_private};
 use crate::api::enrolment::{EnrolledWorker, EnrolledWorkers, JoinInfo, JoinRequest, JoinTokens};
+use crate::api::json::Workers;
 use crate::clock::Clock;
 
 /// Arguments of `gradfarm join-token`.
@@ -161,8 +162,33 @@ pub(super) struct WorkerCommand {
 enum WorkerAction {
     /// List the workers that have joined
     List(List),
+    /// Let a connected worker finish what it holds, and give it nothing new
+    Drain(Connected),
+    /// Give a worker work again
+    Resume(Connected),
     /// Throw a worker out: its session ends, its certificate is worth nothing any more
     Revoke(Revoke),
+}
+
+/// A worker, connected or not.
+#[derive(Debug, clap::Args)]
+struct Connected {
+    /// The worker, as the API lists it at /workers
+    #[arg(value_name = "WORKER")]
+    id: String,
+    #[command(flatten)]
+    server: ServerOption,
+}
+
+impl Connected {
+    async fn ask(self, what: &str) -> Result<(), Error> {
+        let client = self.server.client()?;
+        let response = client.send(client.request(Method::POST, &format!("/workers/{}/{what}", self.id))).await?;
+        let Workers { workers } = client.read(response).await?;
+        let Some(worker) = workers.first() else { return terminal::line(format_args!("worker {} is not connected", self.id)) };
+        let now = if worker.draining { format!("finishes the {} units it holds", worker.leases) } else { "gets work".to_owned() };
+        terminal::line(format_args!("worker {} ({}) {now}", worker.id, worker.name))
+    }
 }
 
 impl WorkerCommand {
@@ -170,6 +196,8 @@ impl WorkerCommand {
     pub(super) async fn run(self) -> Result<(), Error> {
         match self.action {
             WorkerAction::List(list) => list.workers().await,
+            WorkerAction::Drain(worker) => worker.ask("drain").await,
+            WorkerAction::Resume(worker) => worker.ask("resume").await,
             WorkerAction::Revoke(revoke) => {
                 let client = revoke.server.client()?;
                 let response = client.send(client.request(Method::DELETE, &format!("/enrolments/{}", revoke.id))).await?;

@@ -20,7 +20,8 @@ use crate::{access, api, service, telemetry, tls};
 #[command(after_help = "\
 Everything that was acknowledged survives a crash: start it again with the same --data and jobs go on. The addresses it got are \
 printed and written to DIR/address.json. Nobody is let in without a token: DIR/token is the administrator's, DIR/worker-token that \
-of workers on this machine, both readable by you alone; `gradfarm token create` issues others. Ctrl-C or SIGTERM stops it; running jobs go on at the next start. GRADFARM_LOG sets how \
+of workers on this machine, both readable by you alone; `gradfarm token create` issues others. Ctrl-C or SIGTERM stops it once what is under way is finished (within \
+--drain), and a second one at once; running jobs go on at the next start, or at another coordinator. GRADFARM_LOG sets how \
 much it tells, for example GRADFARM_LOG=debug.
 
 Examples:
@@ -61,6 +62,8 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
         tls: tls.clone(),
         oidc: config.oidc.options(),
         rules: config.rules(),
+        metrics_open: config.metrics_open,
+        drain: config.drain,
         ..service::Config::new(&config.data)
     };
     let mut farm = Farm::start(service, grpc, &threads).await.map_err(failed)?;
@@ -75,7 +78,15 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
         reason = farm.broken() => Err(Error::Failed(reason)),
         ended = &mut server => Err(Error::Failed(format!("the HTTP server ended: {ended:?}"))),
     };
-    tracing::info!("stopping");
+    if ended.is_ok() {
+        tracing::info!("stopping: finishing what is under way; a second signal ends it at once");
+        tokio::spawn(async {
+            if told_to_stop().await.is_ok() {
+                std::process::exit(130);
+            }
+        });
+        farm.drain(config.drain).await.map_err(failed)?;
+    }
     stop.send_replace(true);
     // Streams of events end with the service; whoever still reads after that is not waited for.
     let farm = farm.stop().await;

@@ -81,7 +81,12 @@ impl Farm for FarmService {
 
     async fn deliver(&self, request: Request<Streaming<v1::ResultChunk>>) -> Result<Response<v1::DeliverReply>, Status> {
         let peer = admission::admit(&self.handle, &request).await?;
-        deliver::deliver(&self.handle, &peer, &self.checks, request.into_inner()).await.map(Response::new)
+        let _busy = self.handle.busy();
+        let reply = deliver::deliver(&self.handle, &peer, &self.checks, request.into_inner()).await?;
+        if reply.outcome() == v1::deliver_reply::Outcome::Superseded {
+            self.handle.metrics().superseded.inc();
+        }
+        Ok(Response::new(reply))
     }
 
     async fn fetch_asset(&self, request: Request<v1::FetchAssetRequest>) -> Result<Response<Self::FetchAssetStream>, Status> {

@@ -8,6 +8,7 @@ use tokio::time::MissedTickBehavior;
 
 use super::command::Command;
 use super::dispatch::{Dispatcher, Effect, Turn};
+use super::duty::Duty;
 use super::handle::Handle;
 use crate::error::Error;
 use crate::job::{Action, Change, Errand, Job, JobId, JobRecord, StoredJob};
@@ -19,7 +20,7 @@ const BEAT: Duration = Duration::from_millis(500);
 const TAKEOVER: Duration = Duration::from_secs(10);
 
 /// Gives signs of life and hands the loop what was taken over, until the loop is gone or others hold this run for dead.
-pub(super) async fn keep_alive(store: Arc<dyn Store>, commands: mpsc::WeakSender<Command>) {
+pub(super) async fn keep_alive(store: Arc<dyn Store>, commands: mpsc::WeakSender<Command>, duty: Arc<Duty>) {
     let Some(cluster) = store.cluster() else { return };
     let mut tick = tokio::time::interval(BEAT);
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -27,6 +28,9 @@ pub(super) async fn keep_alive(store: Arc<dyn Store>, commands: mpsc::WeakSender
         tick.tick().await;
         let outcome = cluster.adopt().await;
         let over = outcome.is_err();
+        if !over {
+            duty.beat();
+        }
         if !matches!(&outcome, Ok(jobs) if jobs.is_empty()) {
             let Some(commands) = commands.upgrade() else { return };
             if commands.send(Command::Adopt { outcome }).await.is_err() {

@@ -23,6 +23,8 @@ pub(crate) enum Command {
     Pause { job: JobId, paused: bool, reply: oneshot::Sender<Result<(), Error>> },
     /// Jobs whose owner is gone, to be worked on from now on; or why this run is over.
     Adopt { outcome: Result<Vec<StoredJob>, StoreError> },
+    /// Grant nothing any more: the coordinator is about to stop.
+    Drain,
     /// Forget jobs that were over for so long.
     Forget { keep: Duration },
     /// Change a job's priority.

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use gradfarm_proto::convert::LeaseName;
 use gradfarm_proto::v1;
@@ -20,6 +20,7 @@ use super::view::JobEvent;
 use crate::clock::{Clock, Timestamp};
 use crate::error::Error;
 use crate::job::{self, Action, Answer, Change, Errand, Event, Job, JobId, News, WorkerId};
+use crate::metrics::{Ledger, Metrics};
 use crate::schedule::Shares;
 use crate::store::Store;
 
@@ -56,6 +57,11 @@ pub(crate) struct Dispatcher {
     pub(super) tokens: BTreeMap<String, JobId>,
     pub(super) watchers: BTreeMap<JobId, broadcast::Sender<JobEvent>>,
     pub(super) store: Arc<dyn Store>,
+    /// Whether nothing is granted any more, for the coordinator is about to stop.
+    pub(super) draining: bool,
+    pub(super) metrics: Arc<Metrics>,
+    /// Since when leases are held.
+    pub(super) ledger: Ledger,
     assembler: Assembler,
 }
 
@@ -105,6 +111,9 @@ impl Dispatcher {
             tokens: BTreeMap::new(),
             watchers: BTreeMap::new(),
             store,
+            draining: false,
+            metrics: Arc::default(),
+            ledger: Ledger::default(),
             assembler,
         };
         let mut pending = Vec::new();
@@ -150,7 +159,10 @@ impl Dispatcher {
             self.assign(&mut turn);
             if !turn.changes.is_empty() {
                 let before = self.now();
+                let begun = Instant::now();
                 self.store.commit(&turn.changes).await?;
+                self.metrics.committed(turn.changes.len(), begun.elapsed());
+                self.metrics.count(&turn.changes, &mut self.ledger, before);
                 if before + self.heartbeat < self.now() {
                     // Workers that were not heard meanwhile are not to blame.
                     self.patient_until = self.now() + self.ttl;
@@ -195,6 +207,7 @@ impl Dispatcher {
                 turn.effects.push(answer(reply, outcome));
             }
             Command::Adopt { outcome } => self.adopt(outcome, turn),
+            Command::Drain => self.drain(turn),
             Command::Forget { keep } => self.forget(keep, turn),
             Command::Prioritise { job, priority, reply } => {
                 let outcome = self.prioritise(job, priority, turn);
@@ -258,6 +271,7 @@ impl Dispatcher {
 
     fn connect(&mut self, hello: &Hello, outbox: mpsc::Sender<v1::CoordinatorMessage>, turn: &mut Turn) -> SessionKey {
         let (now, worker) = (self.now(), hello.worker);
+        self.metrics.connections.inc();
         let key = self.roster.connect(hello, outbox, now);
         tracing::info!(%worker, name = %hello.name, threads = hello.capabilities.threads, pool = %hello.capabilities.pool, "worker connected");
         let (name, version, threads) = (hello.name.clone(), hello.version.clone(), hello.capabilities.threads);

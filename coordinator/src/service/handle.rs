@@ -14,6 +14,7 @@ use tokio::sync::{broadcast, mpsc, oneshot};
 use super::admit::{Checked, admit, check};
 use super::command::Command;
 use super::dispatch::Dispatcher;
+use super::duty::Duty;
 use super::look;
 use super::rules::Rules;
 use super::submission::Submission;
@@ -22,6 +23,7 @@ use crate::access::Gate;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::job::{FileKind, JobId, Lack};
+use crate::metrics::Metrics;
 use crate::preview::Previews;
 use crate::schedule::Split;
 use crate::store::{Blobs, Store};
@@ -38,6 +40,9 @@ pub struct Handle {
     pub(super) secured: Option<Arc<Secured>>,
     pub(super) rules: Arc<Rules>,
     pub(super) previews: Arc<Previews>,
+    pub(super) metrics: Arc<Metrics>,
+    pub(super) metrics_open: bool,
+    pub(super) duty: Arc<Duty>,
 }
 
 /// What would become of a submission.
@@ -65,6 +70,11 @@ impl Handle {
     /// Encryption and the register of workers, if the service speaks TLS.
     pub fn secured(&self) -> Option<&Secured> {
         self.secured.as_deref()
+    }
+
+    /// Whether metrics are for anybody.
+    pub fn metrics_open(&self) -> bool {
+        self.metrics_open
     }
 
     /// Knows who may do what.

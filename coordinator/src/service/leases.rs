@@ -62,6 +62,9 @@ impl Dispatcher {
 
     /// Gives ready units to workers with credit, one each in turn, until one of the two runs out.
     pub(super) fn assign(&mut self, turn: &mut Turn) {
+        if self.draining {
+            return;
+        }
         let mut hungry = self.roster.hungry();
         if hungry.is_empty() {
             return;
@@ -136,6 +139,7 @@ impl Dispatcher {
     pub(super) fn distrust(&mut self, turn: &mut Turn) {
         let now = self.now();
         for (worker, job, unit) in std::mem::take(&mut turn.liars) {
+            self.metrics.disagreements.inc();
             self.roster.distrust(worker, now);
             let name = self.roster.name(worker);
             tracing::error!(%worker, name, %job, unit, "worker set aside: others gave another result for a unit of its");

@@ -9,6 +9,7 @@ mod cluster;
 pub(crate) mod command;
 mod control;
 pub(crate) mod dispatch;
+mod duty;
 mod explain;
 mod grant;
 mod handle;
@@ -17,6 +18,8 @@ mod leases;
 mod load;
 mod look;
 mod looking;
+mod meter;
+mod resting;
 mod roster;
 mod rules;
 mod submission;
@@ -50,6 +53,7 @@ use crate::error::Error;
 use crate::grpc;
 pub use crate::job::Seconds;
 use crate::job::{Errand, JobId};
+use crate::metrics::Metrics;
 use crate::store::{BlobUri, GRACE as GRACE_OF_BLOBS, Presence, StoreUri};
 use crate::tls::{self, Secured};
 use command::Command;
@@ -90,6 +94,10 @@ pub struct Config {
     pub lease_ttl: Duration,
     /// What the operator decided about the farm as a whole.
     pub rules: Rules,
+    /// Whether metrics are for anybody, without a token.
+    pub metrics_open: bool,
+    /// How long workers in the same process may take to finish what they are at when they are told to stop.
+    pub drain: Duration,
 }
 
 impl Config {
@@ -109,6 +117,8 @@ impl Config {
             heartbeat: Duration::from_secs(3),
             lease_ttl: Duration::from_secs(15),
             rules: Rules::default(),
+            metrics_open: false,
+            drain: Duration::from_secs(10),
         }
     }
 }
@@ -162,7 +172,7 @@ impl Service {
         let blobs = blobs.open(config.durable)?.with_grace(config.blob_grace);
         let presence = Presence { place: place(&config.state).map_err(io)?, http: config.http, grpc: config.grpc };
         let store = config.store.unwrap_or_else(|| StoreUri::in_folder(&config.state)).open(config.durable, &presence).await?;
-        let rules = Arc::new(config.rules);
+        let (rules, metrics) = (Arc::new(config.rules), Arc::new(Metrics::default()));
         let (sender, commands) = mpsc::channel(QUEUE);
         let gate = Gate::new(store.clone());
         let gate = Arc::new(match config.oidc.clone() {
@@ -179,13 +189,17 @@ impl Service {
             secured,
             rules: rules.clone(),
             previews: Arc::default(),
+            metrics: metrics.clone(),
+            metrics_open: config.metrics_open,
+            duty: Arc::default(),
         };
         let commands_of_all = handle.commands.downgrade();
-        let workshop = Workshop::new(commands_of_all.clone(), store.clone(), blobs.clone());
+        let workshop = Workshop::new(commands_of_all.clone(), store.clone(), blobs.clone(), metrics.clone());
         let (grace, keep_jobs) = (config.blob_grace, config.keep_jobs);
         let sweeper = Sweeper { store: store.clone(), blobs, commands: commands_of_all, grace, keep_jobs };
         let assembler = Box::new(move |job: &crate::job::Job, errand| workshop.take(job, errand));
-        let (dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, rules, assembler).await?;
+        let (mut dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, rules, assembler).await?;
+        dispatcher.metrics = metrics;
         Ok(Self { handle, commands, dispatcher, pending, sweeper, _lock: lock })
     }
 
@@ -210,13 +224,15 @@ impl Service {
             // The sender outlives both loops; if it were gone, stopping would be right too.
             let _sender_gone = stopping.wait_for(|stop| *stop).await;
         };
+        let duty = handle.duty.clone();
         let server = grpc::serve(listener, handle, stopped(stopping.clone()));
         let turns = dispatcher.run(pending, commands, stopped(stopping));
         tokio::pin!(server, turns, shutdown);
         // Beside the loop, and over when this is.
         let mut beside = JoinSet::new();
         let store = sweeper.store.clone();
-        beside.spawn(cluster::keep_alive(store.clone(), sweeper.commands.clone()));
+        beside.spawn(cluster::keep_alive(store.clone(), sweeper.commands.clone(), duty));
+        beside.spawn(resting::keep_looking(store.clone(), sweeper.commands.clone()));
         beside.spawn(sweeper.run());
         tracing::info!(%address, "serving workers");
         tokio::select! {

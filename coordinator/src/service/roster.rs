@@ -11,6 +11,7 @@ use super::command::{Hello, SessionKey};
 use super::view::WorkerView;
 use crate::clock::Timestamp;
 use crate::job::{Capabilities, JobId, Needs, WorkerId};
+use crate::metrics::WorkerState;
 use crate::schedule::Aside;
 
 /// A connected worker.
@@ -41,6 +42,8 @@ pub(crate) struct Roster {
     asides: BTreeMap<WorkerId, Aside>,
     /// Names of workers, connected or not; the newest ones are remembered.
     names: BTreeMap<WorkerId, String>,
+    /// Workers that get nothing new, connected or not: an operator said so.
+    resting: BTreeSet<WorkerId>,
     connections: u64,
 }
 
@@ -98,7 +101,8 @@ impl Roster {
     /// be wrong come last.
     pub(crate) fn eligible(&self, now: Timestamp, needs: &Needs) -> Vec<WorkerId> {
         let fits = |session: &Session| needs.any_worker() || needs.lacks(&session.capabilities).is_none();
-        let all: Vec<WorkerId> = self.sessions.iter().filter(|(_, session)| fits(session)).map(|(worker, _)| *worker).collect();
+        let awake = self.sessions.iter().filter(|(worker, _)| !self.resting.contains(worker));
+        let all: Vec<WorkerId> = awake.filter(|(_, session)| fits(session)).map(|(worker, _)| *worker).collect();
         let of = |which: &dyn Fn(WorkerId) -> bool| all.iter().copied().filter(|worker| which(*worker)).collect::<Vec<_>>();
         let trusted = of(&|worker| self.aside_until(worker, now).is_none());
         if !trusted.is_empty() {
@@ -110,7 +114,11 @@ impl Roster {
 
     /// Workers that would take work, in order.
     pub(crate) fn hungry(&self) -> Vec<WorkerId> {
-        self.sessions.iter().filter(|(_, session)| session.credit > 0).map(|(worker, _)| *worker).collect()
+        self.sessions
+            .iter()
+            .filter(|(worker, session)| session.credit > 0 && !self.resting.contains(worker))
+            .map(|(worker, _)| *worker)
+            .collect()
     }
 
     /// How many are connected.
@@ -121,6 +129,19 @@ impl Roster {
     /// What those that are connected have to offer.
     pub(crate) fn capabilities(&self) -> impl Iterator<Item = &Capabilities> {
         self.sessions.values().map(|session| &session.capabilities)
+    }
+
+    /// What everybody does, in which pool, with how many threads. `busy` tells who holds leases.
+    pub(crate) fn states(&self, now: Timestamp, busy: impl Fn(WorkerId) -> bool) -> Vec<(WorkerState, String, u32)> {
+        let state = |worker: WorkerId| match () {
+            () if self.resting.contains(&worker) => WorkerState::Draining,
+            () if self.aside_until(worker, now).is_some() => WorkerState::SetAside,
+            () if busy(worker) => WorkerState::Busy,
+            () => WorkerState::Idle,
+        };
+        let of =
+            |(worker, session): (&WorkerId, &Session)| (state(*worker), session.capabilities.pool.clone(), session.capabilities.threads);
+        self.sessions.iter().map(of).collect()
     }
 
     /// Leases that came no further for longer than their job's patience. Workers of older versions do not tell, and are never told off.
@@ -185,12 +206,25 @@ impl Roster {
 
     /// Takes all sessions off, which ends their streams.
     pub(crate) fn dismiss(&mut self) {
+        self.announce_stop();
+        self.sessions.clear();
+    }
+
+    /// Tells all workers that the coordinator is about to stop.
+    pub(crate) fn announce_stop(&self) {
         let drain = || v1::CoordinatorMessage { message: Some(v1::coordinator_message::Message::Drain(v1::Drain {})) };
         for session in self.sessions.values() {
             // A worker that does not read learns from the end of the stream.
             let _full = session.outbox.try_send(drain());
         }
-        self.sessions.clear();
+    }
+
+    /// Who gets nothing new, whatever they ask for.
+    pub(crate) fn set_resting(&mut self, resting: BTreeSet<WorkerId>) {
+        for worker in self.resting.symmetric_difference(&resting) {
+            tracing::info!(%worker, rests = resting.contains(worker), "worker");
+        }
+        self.resting = resting;
     }
 
     /// What people see. `leases` tells how many leases a worker holds.
@@ -207,6 +241,7 @@ impl Roster {
             delivered: session.delivered,
             failed: session.failed,
             set_aside_until: self.aside_until(*id, now),
+            draining: self.resting.contains(id),
             lies: self.asides.get(id).map_or(0, Aside::lies),
         };
         self.sessions.iter().map(view).collect()

@@ -205,6 +205,8 @@ pub struct WorkerView {
     pub failed: u64,
     /// It gets no work until then, for it failed too often in a row or was wrong.
     pub set_aside_until: Option<Timestamp>,
+    /// An operator lets it finish what it holds, and gives it nothing new.
+    pub draining: bool,
     /// Results of its that others showed to be wrong.
     pub lies: u32,
 }

@@ -22,7 +22,7 @@ use std::ops::Range;
 use async_trait::async_trait;
 use gradfarm_proto::Digest;
 
-pub use blobs::{BlobError, BlobUri, Blobs, GRACE, ParseBlobsError};
+pub use blobs::{BlobError, BlobUri, Blobs, Counted, GRACE, ParseBlobsError, Traffic};
 pub use cluster::{Cluster, Owner, Presence};
 pub use memory::Memory;
 pub use migrate::{MigrateError, migrate};

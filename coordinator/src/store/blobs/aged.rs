@@ -53,6 +53,7 @@ impl Blobs {
                 stock.aged.push(digest);
             }
         }
+        self.traffic.stocked(stock.count, stock.bytes);
         Ok(stock)
     }
 

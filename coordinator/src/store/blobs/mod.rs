@@ -7,6 +7,7 @@ mod aged;
 mod patience;
 #[cfg(test)]
 mod tests;
+mod traffic;
 mod uri;
 
 use std::path::Path as FolderPath;
@@ -19,6 +20,7 @@ use object_store::path::Path;
 use object_store::{ObjectStore, ObjectStoreExt, PutMode, PutPayload};
 use tokio::sync::RwLock;
 
+pub use traffic::{Counted, Traffic};
 pub use uri::{BlobUri, ParseBlobsError};
 
 /// How long content that nobody names is kept, unless said otherwise.
@@ -34,6 +36,7 @@ pub struct Blobs {
     grace: Duration,
     /// Held by whoever removes content, shared by those who make it young again.
     removal: Arc<RwLock<()>>,
+    traffic: Traffic,
 }
 
 /// Why bytes could not be stored or read.
@@ -83,7 +86,12 @@ impl Blobs {
     }
 
     fn over(store: Arc<dyn ObjectStore>, remote: bool) -> Self {
-        Self { store, remote, grace: GRACE, removal: Arc::default() }
+        Self { store, remote, grace: GRACE, removal: Arc::default(), traffic: Traffic::default() }
+    }
+
+    /// What went in and out.
+    pub fn traffic(&self) -> &Traffic {
+        &self.traffic
     }
 
     /// The same with another time that unnamed content is kept.
@@ -98,6 +106,7 @@ impl Blobs {
     /// If the storage fails.
     pub async fn put(&self, bytes: Bytes) -> Result<Digest, BlobError> {
         let digest = Digest::of(&bytes);
+        self.traffic.wrote(bytes.len());
         while !self.create(digest, &bytes).await? {
             if self.refresh(digest, Some(&bytes)).await? {
                 break;
@@ -133,6 +142,7 @@ impl Blobs {
                 Err(error) => return Err(error.into()),
             };
             tries -= 1;
+            self.traffic.read(bytes.len());
             match Digest::of(&bytes) {
                 found if found == digest => return Ok(bytes),
                 found if tries == 0 => return Err(BlobError::Damaged(digest, found)),
