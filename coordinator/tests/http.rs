@@ -255,3 +255,52 @@ async fn a_server_that_is_told_to_stop_stops() {
     let job = body(client.get(server.url(&format!("/jobs/{id}"))).send().await.unwrap(), StatusCode::OK).await;
     assert!(["queued", "running"].contains(&job["state"].as_str().unwrap()), "{}", job["state"]);
 }
+
+/// The value of a metric, as it is written.
+fn value<'a>(text: &'a str, name: &str) -> &'a str {
+    text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' ')).unwrap_or_else(|| panic!("{name} is not in {text}"))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn machines_read_metrics_and_readiness() {
+    let server = Server::start(1);
+    let client = server.client();
+    let request = json!({ "scene": serde_json::from_str::<Value>(SCENE).unwrap(), "options": { "samples": 2, "tile": 8 } });
+    let job = body(client.post(server.url("/jobs")).json(&request).send().await.unwrap(), StatusCode::CREATED).await;
+    let id = job["id"].as_str().unwrap();
+    let last = events(&client, server.url(&format!("/jobs/{id}/events"))).await.pop().unwrap();
+    assert_eq!(last.1["state"], "done");
+    let nothing = client.get(server.url(&format!("/jobs/{id}/nothing"))).send().await.unwrap();
+    assert_eq!(nothing.status(), StatusCode::NOT_FOUND);
+    let answer = client.get(format!("{}/metrics", server.http)).send().await.unwrap();
+    assert!(answer.headers()["content-type"].to_str().unwrap().starts_with("application/openmetrics-text"));
+    let text = answer.text().await.unwrap();
+    assert_eq!(value(&text, "gradfarm_jobs{state=\"done\"}"), "1");
+    assert_eq!(value(&text, "gradfarm_jobs_submitted_total"), "1");
+    assert_eq!(value(&text, "gradfarm_completions_total"), job["progress"]["units"]["total"].to_string());
+    assert_eq!(value(&text, "gradfarm_http_requests_total{method=\"POST\",route=\"/api/v1/jobs\",status=\"201\"}"), "1");
+    assert_eq!(value(&text, "gradfarm_http_requests_total{method=\"GET\",route=\"\",status=\"404\"}"), "1");
+    assert_eq!(value(&text, "gradfarm_worker_slots{pool=\"\"}"), "1");
+    assert!(!text.contains(id), "no label holds what somebody asked for");
+    assert_ne!(value(&text, "gradfarm_blob_written_bytes_total"), "0");
+    let open = Server::start_with(0, &["--metrics-open"]);
+    let stranger = common::client_with(None);
+    for (from, path, status) in [
+        (&server, "/metrics", StatusCode::UNAUTHORIZED),
+        (&open, "/metrics", StatusCode::OK),
+        (&open, "/api/v1/metrics", StatusCode::OK),
+        (&open, "/api/v1/jobs", StatusCode::UNAUTHORIZED),
+        (&server, "/api/v1/ready", StatusCode::OK),
+    ] {
+        assert_eq!(stranger.get(format!("{}{path}", from.http)).send().await.unwrap().status(), status, "{path}");
+    }
+    let workers = body(client.get(server.url("/workers")).send().await.unwrap(), StatusCode::OK).await;
+    let worker = workers["workers"][0]["id"].as_str().unwrap().to_owned();
+    let drained = server.run(&["worker", "drain", &worker]);
+    assert_code(&drained, 0);
+    assert!(stdout(&drained).contains("finishes the 0 units"), "{}", stdout(&drained));
+    let workers = body(client.get(server.url("/workers")).send().await.unwrap(), StatusCode::OK).await;
+    assert_eq!(workers["workers"][0]["draining"], true);
+    assert_code(&server.run(&["worker", "resume", &worker]), 0);
+    assert_code(&server.run(&["worker", "drain", "01920d4e-7f3b-7cc1-9f52-0a3e5f3c2b11"]), 2);
+}

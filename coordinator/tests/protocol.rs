@@ -140,3 +140,72 @@ async fn a_worker_whose_lease_names_no_job_is_told_to_drop_it() {
     let told = worker.hear().await;
     assert!(matches!(&told, Told::Revoke(revoke) if revoke.leases == [unknown]), "{told:?}");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_lease_that_is_handed_back_is_ready_at_once_and_blames_nobody() {
+    let bench = Bench::with(Default::default(), |_| {}).await;
+    let mut first = Puppet::connect(&bench, 1, Vec::new()).await;
+    let mut second = Puppet::connect(&bench, 2, Vec::new()).await;
+    let mut epoch = 0;
+    // More often than a unit may fail or be lost.
+    for _ in 0..20 {
+        let lease = first.lease().await;
+        assert_eq!((lease.name.unit, lease.name.epoch), (0, epoch + 1));
+        epoch = lease.name.epoch;
+        first.say(Say::Returned(v1::Returned { leases: vec![lease.name] })).await;
+    }
+    let lease = second.lease().await;
+    assert_eq!((lease.name.unit, lease.name.epoch), (0, epoch + 1));
+    let workers = bench.handle.workers().await.unwrap();
+    assert!(workers.iter().all(|worker| worker.failed == 0 && worker.set_aside_until.is_none()), "{workers:?}");
+    let text = bench.handle.scrape().await.unwrap();
+    for line in
+        ["gradfarm_grants_total 21", "gradfarm_returned_total 20", "gradfarm_units{state=\"leased\"} 1", "gradfarm_completions_total 0"]
+    {
+        assert!(text.lines().any(|told| told == line), "{line}: {text}");
+    }
+    assert!(!text.contains("gradfarm_attempts_total{"), "{text}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_coordinator_that_drains_grants_nothing_and_takes_in_what_is_delivered() {
+    let bench = Bench::with(Default::default(), |_| {}).await;
+    let mut first = Puppet::connect(&bench, 1, Vec::new()).await;
+    let lease = first.lease().await;
+    assert_eq!(bench.handle.unready().await, Vec::<String>::new());
+    bench.handle.drain().await.unwrap();
+    let told = first.hear().await;
+    assert!(matches!(told, Told::Drain(_)), "{told:?}");
+    let reasons = bench.handle.unready().await;
+    assert!(reasons.len() == 1 && reasons[0].contains("about to stop"), "{reasons:?}");
+    let second = Puppet::connect(&bench, 2, Vec::new()).await;
+    second.say(Say::Credit(v1::Credit { leases: 1 })).await;
+    let result = block::encode(&bench.render(&lease)).unwrap();
+    assert_eq!(first.deliver(&lease, &result).await.0, Outcome::Accepted);
+    let held: u64 = bench.handle.workers().await.unwrap().iter().map(|worker| worker.leases).sum();
+    assert_eq!((bench.done().await, held), (1, 0));
+    bench.handle.idle().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_worker_that_rests_gets_nothing_until_it_is_resumed() {
+    let bench = Bench::with(Default::default(), |_| {}).await;
+    let mut first = Puppet::connect(&bench, 1, Vec::new()).await;
+    let held = first.lease().await;
+    let mut second = Puppet::connect(&bench, 2, Vec::new()).await;
+    let id = gradfarm::job::WorkerId::from_bytes(first.id);
+    bench.handle.rest(id, true).await.unwrap();
+    first.say(Say::Credit(v1::Credit { leases: 1 })).await;
+    let result = block::encode(&bench.render(&held)).unwrap();
+    assert_eq!(first.deliver(&held, &result).await.0, Outcome::Accepted, "what it holds it finishes");
+    let other = second.lease().await;
+    assert_ne!(other.name.unit, held.name.unit);
+    let resting = bench.handle.workers().await.unwrap();
+    let first_view = resting.iter().find(|worker| worker.id == id).unwrap();
+    assert!(first_view.draining && first_view.leases == 0, "{first_view:?}");
+    assert!(bench.handle.scrape().await.unwrap().contains("gradfarm_workers{state=\"draining\",pool=\"\"} 1"));
+    bench.handle.rest(id, false).await.unwrap();
+    assert!(matches!(first.hear().await, Told::Grant(_)), "the credit that it gave still stands");
+    let nobody = gradfarm::job::WorkerId::from_bytes([9; 16]);
+    assert!(bench.handle.rest(nobody, true).await.is_err());
+}

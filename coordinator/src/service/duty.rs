@@ -69,7 +69,8 @@ impl Handle {
     /// Ready when no such request is under way.
     pub async fn idle(&self) {
         // The sender is in our own hands.
-        let _open = self.duty.busy.subscribe().wait_for(|count| *count == 0).await;
+        let mut count = self.duty.busy.subscribe();
+        let _open = count.wait_for(|count| *count == 0).await;
     }
 
     /// Why this coordinator should get no requests at this moment; nothing if it should.

@@ -175,6 +175,7 @@ fn launch(data: &Path, workers: u32, more: &[&str]) -> (Child, String, String) {
         .args(listen)
         .args(more)
         .env("GRADFARM_LOG", "warn")
+        .env("GRADFARM_DRAIN", "3s")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
