@@ -154,6 +154,10 @@ async fn a_lease_that_is_handed_back_is_ready_at_once_and_blames_nobody() {
         epoch = lease.name.epoch;
         first.say(Say::Returned(v1::Returned { leases: vec![lease.name] })).await;
     }
+    // The two streams are not in step.
+    while bench.handle.workers().await.unwrap().iter().any(|worker| worker.leases > 0) {
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
     let lease = second.lease().await;
     assert_eq!((lease.name.unit, lease.name.epoch), (0, epoch + 1));
     let workers = bench.handle.workers().await.unwrap();
@@ -164,7 +168,7 @@ async fn a_lease_that_is_handed_back_is_ready_at_once_and_blames_nobody() {
     {
         assert!(text.lines().any(|told| told == line), "{line}: {text}");
     }
-    assert!(!text.contains("gradfarm_attempts_total{"), "{text}");
+    assert!(!text.lines().any(|line| line.starts_with("gradfarm_attempts_total{") && !line.ends_with(" 0")), "{text}");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -85,6 +85,14 @@ impl Default for Metrics {
         t.register("scenes", "Scenes made ready", own.scenes.clone());
         t.register("scene_seconds", "Time of loading and compiling them [s]", own.scene_seconds.clone());
         own.registry = table;
+        // Zero is said, too: what appears only with its first event cannot be told from what is not there.
+        let zero = |counters: &Counters, label, values: &[&'static str]| {
+            values.iter().for_each(|value| drop(counters.get_or_create(&[(label, *value)])));
+        };
+        zero(&own.units, "outcome", &["rendered", "failed", "stopped"]);
+        zero(&own.deliveries, "outcome", &["accepted", "superseded", "refused"]);
+        zero(&own.assets, "source", &["cache", "coordinator"]);
+        zero(&own.asset_bytes, "source", &["cache", "coordinator"]);
         own
     }
 }

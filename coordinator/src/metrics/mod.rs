@@ -15,6 +15,7 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::Registry;
 
+use crate::job::{Ending, JobState};
 pub(crate) use count::Ledger;
 pub(crate) use state::{Snapshot, WorkerState};
 
@@ -161,6 +162,14 @@ impl Default for Metrics {
         t.register("webhooks", "Posts of webhooks by outcome: delivered, retried, dropped", own.webhooks.clone());
         t.register("webhook_queue", "Events that wait to be posted", own.webhook_queue.clone());
         own.registry = table;
+        // Zero is said, too: what appears only with its first event cannot be told from what is not there.
+        let zero = |counters: &Counters<1>, label, value: &str| drop(counters.get_or_create(&[(label, value.to_owned())]));
+        JobState::ALL.iter().filter(|state| state.is_final()).for_each(|state| zero(&own.jobs_finished, "state", state.name()));
+        Ending::ALL.iter().for_each(|ending| zero(&own.attempts, "ending", ending.name()));
+        ["delivered", "retried", "dropped"].iter().for_each(|outcome| zero(&own.webhooks, "outcome", outcome));
+        for what in ["frame", "measure", "guide", "window"] {
+            drop(own.assembly.get_or_create(&[("what", what.to_owned())]));
+        }
         own
     }
 }
@@ -197,12 +206,14 @@ impl Metrics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::Traffic;
 
-    #[test]
-    fn every_name_is_in_the_manual_and_has_a_help_text() {
+    #[tokio::test]
+    async fn every_name_is_in_the_manual_and_has_a_help_text() {
         let metrics = Metrics::default();
         metrics.answered("BREW", "/jobs/{job}", 404, Duration::from_millis(3));
-        let text = metrics.text();
+        let workers = vec![(WorkerState::Busy, String::new(), 2)];
+        let text = metrics.scrape(Snapshot { workers, ..Snapshot::default() }, &Traffic::default()).await;
         let manual = include_str!("../../../docs/operating.md");
         let mut names = 0;
         for line in text.lines() {
