@@ -418,8 +418,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn invariants_hold_through_any_history(steps in steps(), kind in 0..7) {
-        let verified = |record: JobRecord| JobRecord { needs: Needs { verify: 0.5, ..Needs::default() }, ..record };
+    fn invariants_hold_through_any_history(steps in steps(), kind in 0..7, salt: u8) {
+        // Which units are verified depends on the name: the same history must be the same again.
+        let id = JobId::from_bytes([salt; 16]);
+        let verified = |record: JobRecord| JobRecord { id, needs: Needs { verify: 0.5, ..Needs::default() }, ..record };
         let records = [
             record("even"),
             record_in_rounds(),
@@ -446,17 +448,13 @@ proptest! {
 }
 
 impl History {
+    /// Each turn everybody works once. A turn can lose ground, for what a worker did that is shown to be wrong is done anew; but not for ever.
     fn work_to_the_end(&mut self) {
         self.step(&Step::Pause { paused: false });
-        while !self.job.state.is_final() {
-            let progress = |job: &Job| {
-                let done = job.frames.iter().filter(|f| f.state == FrameState::Done).count();
-                // A frame that is cut short loses units, and is assembled at once.
-                let solved = job.windows().map_or(0, |w| w.states.iter().filter(|s| matches!(s, WindowState::Solved(_))).count());
-                let witnesses = job.witnesses.values().map(Vec::len).sum::<usize>();
-                (done, solved, job.frames.iter().map(|frame| frame.goal).sum::<u32>(), job.units_done(), witnesses)
-            };
-            let before = progress(&self.job);
+        for _ in 0..300 {
+            if self.job.state.is_final() {
+                return;
+            }
             self.step(&Step::Pass { millis: 16_000 });
             self.guide(true);
             self.measure(0.02, true);
@@ -469,8 +467,8 @@ impl History {
             }
             self.solve(true);
             self.assemble(true);
-            assert!(progress(&self.job) > before || self.job.state.is_final(), "the job moves on");
         }
+        panic!("the job does not end: {:?} of {}", self.job.frames, self.job.units_done());
     }
 }
 
