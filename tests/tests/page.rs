@@ -126,14 +126,25 @@ fn a_scene_is_submitted_watched_paused_and_called_off() {
     browser.wait_for(&format!("{STATE} === 'paused'"));
     browser.value(&format!("{}.click()", button("Resume")));
     browser.wait_for(&format!("{STATE} === 'running'"));
+    // What was set is there when the page is opened anew.
+    set(&mut browser, "priority", "7");
+    browser.wait_for("document.querySelector('[role=alert]').textContent === ''");
+    let address = browser.value("location.hash");
+    go(&mut browser, "#/jobs", "Jobs");
+    browser.value(&format!("location.hash = {address}"));
+    browser.wait_for("document.getElementById('priority')?.value === '7'");
     browser.value(&format!("{}.id = 'cancel'", button("Cancel")));
     browser.click_and_accept("#cancel");
     browser.wait_for(&format!("{STATE} === 'cancelled' && document.querySelectorAll('[aria-label=Actions] button').length === 0"));
 
     go(&mut browser, "#/workers", "Workers");
     browser.wait_for("document.querySelectorAll('tbody tr').length === 2");
+    browser.value(&format!("{}.click()", button("Drain")));
+    browser.wait_for("document.querySelectorAll('.state.paused').length === 1");
     assert_accessible(&mut browser, "the workers");
     picture(&mut browser, "workers");
+    browser.value(&format!("{}.click()", button("Resume")));
+    browser.wait_for("document.querySelectorAll('.state.paused').length === 0");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 
     // What is wrong with a scene is told where it was submitted.

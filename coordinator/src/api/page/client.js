@@ -54,6 +54,7 @@ async function send(path, options = {}) {
 
 export const get = async (path, signal) => (await send(path, { signal })).json();
 export const post = async (path, body) => (await send(path, { method: 'POST', body })).json();
+export const patch = async (path, body) => (await send(path, { method: 'PATCH', body: JSON.stringify(body), headers: { 'content-type': 'application/json' } })).json();
 export const bytes = async (path, signal) => (await send(path, { signal })).arrayBuffer();
 export const blob = async (path, signal) => (await send(path, { signal })).blob();
 

@@ -21,6 +21,15 @@ export function planned(job) {
     h('ul', { class: 'reasons' }, job.plan.reasons.map((reason) => h('li', {}, reason))));
 }
 
+/** What of a frame was given up, with what was tried; nothing if all is well. */
+export function failures(frame) {
+  if (!frame.failed?.length) return null;
+  const line = (unit) => h('li', {}, `${unit.width} × ${unit.height} pixels at ${unit.x}, ${unit.y}, samples ${unit.first_sample} to ${unit.first_sample + unit.samples - 1}`,
+    h('ul', {}, unit.attempts.map((attempt) => h('li', {}, `${attempt.name ?? attempt.worker}: ${attempt.ending}, ${attempt.reason}`))));
+  return h('details', { open: '' }, h('summary', { class: 'wrong' }, `${count(frame.failed.length)} units were given up; the image is made without them`),
+    h('ul', { class: 'reasons' }, frame.failed.map(line)));
+}
+
 const STAGES = [['load', 'Loading'], ['compile', 'Compiling'], ['render', 'Tracing, all threads'], ['render_span', 'From first lease to last result'], ['stitch', 'Adding up'], ['reconstruct', 'Reconstructing'], ['write', 'Writing']];
 
 /** Fills a panel with times and counters; these are there once frames are finished. */

@@ -1,9 +1,9 @@
 // One job: how far it is, what it looks like, what it costs, and what can be done with it.
 
-import { blob, follow, get, post } from '/page/client.js';
+import { blob, follow, get, patch, post } from '/page/client.js';
 import { show as showCurve } from '/page/curve.js';
 import { count, digits, field, fill, h, isOver, part, say, seconds, stateOf, write } from '/page/dom.js';
-import { measured, planned } from '/page/facts.js';
+import { failures, measured, planned } from '/page/facts.js';
 import { picture } from '/page/picture.js';
 
 export async function show(main, signal, id) {
@@ -14,6 +14,7 @@ export async function show(main, signal, id) {
   const actions = h('div', { class: 'row', role: 'group', 'aria-label': 'Actions' });
   const bar = h('progress', { max: 1, 'aria-label': 'Samples' });
   const progress = h('p', { class: 'quiet' });
+  const waiting = h('p', { class: 'quiet', role: 'status' });
   const fault = h('p', { class: 'wrong', role: 'alert' });
   const accuracy = h('section', { class: 'panel', 'aria-label': 'Accuracy' }, h('h2', {}, 'Accuracy'));
   const facts = h('section', { class: 'panel', 'aria-label': 'Time and shifts' });
@@ -24,25 +25,32 @@ export async function show(main, signal, id) {
   });
   fill(main,
     h('div', { class: 'row ends' }, h('div', { class: 'row' }, h('h1', { tabindex: '-1' }, job.name), state), actions),
-    fault, bar, progress,
+    fault, bar, progress, waiting,
     h('div', { class: 'panels' }, h('div', {}, view.element, strip.element, files), h('div', {}, accuracy, planned(job), facts)));
 
+  /** Asks for a change; what comes back is the job as it then stands. */
+  async function change(request) {
+    try {
+      job = await request;
+      write(fault, '');
+    } catch (problem) {
+      write(fault, problem.message);
+    }
+    redraw();
+  }
+
   function act(name, text, kind, question) {
-    return h('button', { type: 'button', class: kind, onclick: async () => {
-      if (question && !confirm(question)) return;
-      try {
-        job = await post(`/jobs/${id}/${name}`);
-        write(fault, '');
-      } catch (problem) {
-        write(fault, problem.message);
-      }
-      redraw();
-    } }, text);
+    return h('button', { type: 'button', class: kind, onclick: () => (question && !confirm(question) ? null : change(post(`/jobs/${id}/${name}`))) }, text);
   }
 
   const pause = act('pause', 'Pause');
   const resume = act('resume', 'Resume', 'main');
   const cancel = act('cancel', 'Cancel', 'danger', 'Cancel this job? What is not finished is given up.');
+
+  const retry = act('retry', 'Try again', 'main');
+  const priority = h('input', { type: 'number', id: 'priority', step: 1, min: -1000, max: 1000, class: 'short', value: job.priority,
+    onchange: () => change(patch(`/jobs/${id}`, { priority: Math.trunc(Number(priority.value)) || 0 })) });
+  const urgency = field('Priority', priority);
 
   let elapsed = null;
   let left = null;
@@ -52,7 +60,10 @@ export async function show(main, signal, id) {
     write(state, name);
     state.className = `state ${name}`;
     if (job.error) write(fault, job.error);
-    const buttons = isOver(job) ? [] : [job.paused ? resume : pause, cancel];
+    const failed = job.state !== 'cancelled' && (job.state === 'failed' || job.failed_units > 0);
+    const buttons = [...(failed ? [retry] : []), ...(isOver(job) ? [] : [urgency, job.paused ? resume : pause, cancel])];
+    if (document.activeElement !== priority) priority.value = job.priority;
+    write(waiting, isOver(job) ? '' : (job.waiting?.detail ?? ''));
     if (buttons.length !== actions.children.length || buttons.some((button, k) => actions.children[k] !== button)) {
       const focused = actions.contains(document.activeElement);
       fill(actions, buttons);
@@ -74,6 +85,7 @@ export async function show(main, signal, id) {
     strip.choose(number);
     fill(files, h('h2', {}, `Frame ${number}: ${frame.state}`),
       frame.choice ? h('p', {}, frame.choice) : null,
+      failures(frame),
       frame.error ? h('p', {}, `Estimated relMSE ${digits(frame.error.relmse)}`) : null,
       Object.keys(frame.files).length
         ? h('div', { class: 'row' }, Object.entries(frame.files).map(([kind, address]) => h('button', { type: 'button', onclick: () => fetchFile(address, `${job.name}-${number}.${kind}`) }, `Save ${kind.toUpperCase()}`)))

@@ -108,7 +108,8 @@ export function picture(plan, signal) {
       note.hidden = !said;
       write(note, said);
       draw();
-      if (tiled.getAttribute('aria-pressed') === 'true') await loadTiles();
+      // Tiles that cannot be had now come with the next picture.
+      if (tiled.getAttribute('aria-pressed') === 'true') await loadTiles().catch(() => {});
     } finally {
       busy = false;
     }
