@@ -145,6 +145,32 @@ fn the_example_settings_exist() {
     assert_eq!(keys, help.matches("[env: GRADFARM_").count() + 1, "a setting is missing in deploy/coordinator.env");
 }
 
+#[test]
+fn settings_from_a_file_are_checked_with_their_lines() {
+    let (folder, _) = folder();
+    let file = folder.path().join("farm.toml");
+    let example = run(&["serve", "--print-config"]);
+    assert_code(&example, 0);
+    let serve = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        // A port that cannot be had, so that it never starts.
+        run(&["serve", "--config", file.to_str().unwrap(), "--listen", "203.0.113.1:1"])
+    };
+    // Everything in the example is good: what is wrong is that there is no TLS.
+    let output = serve(stdout(&example));
+    assert_code(&output, 2);
+    assert!(stderr(&output).contains("add --tls"), "{}", stderr(&output));
+    for (text, said) in [
+        ("listen = \"127.0.0.1:0\"\ntls_cert = \"a\"", "line 2: there is no setting \"tls_cert\"; did you mean \"tls-cert\"?"),
+        ("\nblob-grace = \"1s\"", "line 2: invalid value '1s' for '--blob-grace"),
+        ("tls-cert = \"a\"", "--tls-key"),
+    ] {
+        let output = serve(text);
+        assert_code(&output, 2);
+        assert!(stderr(&output).contains(said), "{text}: {}", stderr(&output));
+    }
+}
+
 /// A ball before a pbrt camera, with a mesh large enough to become a file of its own.
 fn pbrt() -> String {
     let points: String = (0..40).map(|k| format!("{} {} {} ", k % 7, k % 5, k)).collect();

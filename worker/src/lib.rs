@@ -3,7 +3,7 @@
 //! `lease_loop` is the heart: it knows every lease that a coordinator granted and what became of it; `crew` runs one for each coordinator. `link` keeps the stream to the
 //! coordinator, `execute` owns the rendering threads, `scene_cache` and `asset_cache` keep what units share, `deliver` brings results
 //! home,
-//! `metrics` names what is counted, `dial` opens connections, `credential` and `papers` are what the worker shows on them, `enrolment` gets it a certificate and keeps it good. Async threads never render, rendering threads never wait for the network.
+//! `settings` reads files of settings, `metrics` names what is counted, `dial` opens connections, `credential` and `papers` are what the worker shows on them, `enrolment` gets it a certificate and keeps it good. Async threads never render, rendering threads never wait for the network.
 
 mod asset_cache;
 mod backoff;
@@ -20,6 +20,7 @@ mod link;
 mod metrics;
 mod papers;
 mod scene_cache;
+pub mod settings;
 
 use std::future::Future;
 

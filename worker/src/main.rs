@@ -4,7 +4,8 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use gradfarm_worker::settings::{self, SettingsError};
 use gradfarm_worker::{Config, Credential};
 use tracing_subscriber::EnvFilter;
 
@@ -23,6 +24,12 @@ use tracing_subscriber::EnvFilter;
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100, after_help = "Example: gradfarm-worker --coordinator http://127.0.0.1:7781 --threads 8")]
 struct Arguments {
+    /// File of settings (TOML): every option is a key of the same name. Command line and environment go before it.
+    #[arg(long, value_name = "FILE", env = "GRADFARM_CONFIG")]
+    config: Option<PathBuf>,
+    /// Print an example of that file, with the defaults, and stop.
+    #[arg(long)]
+    print_config: bool,
     /// Where the coordinator listens for workers; several times, or with commas, for several coordinators of one farm.
     #[arg(long, value_name = "URL", env = "GRADFARM_COORDINATOR", value_delimiter = ',', default_value = "http://127.0.0.1:7781")]
     coordinator: Vec<String>,
@@ -87,13 +94,31 @@ struct Arguments {
 
 #[tokio::main]
 async fn main() -> ExitCode {
-    match start(Arguments::parse()).await {
+    let arguments = match settings::parse::<Arguments>(&Arguments::command(), None, std::env::args_os().collect()) {
+        Ok(arguments) => arguments,
+        Err(SettingsError::Arguments(error)) => error.exit(),
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    if arguments.print_config {
+        return print(&settings::example(&Arguments::command()));
+    }
+    match start(arguments).await {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tracing::error!("{error:#}");
             ExitCode::FAILURE
         }
     }
+}
+
+/// Prints a text; whoever reads it may have gone away.
+fn print(text: &str) -> ExitCode {
+    use std::io::Write;
+    let _gone = std::io::stdout().write_all(text.as_bytes());
+    ExitCode::SUCCESS
 }
 
 async fn start(arguments: Arguments) -> anyhow::Result<()> {

@@ -46,7 +46,8 @@ mod watch;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use gradfarm_worker::settings::{self, SettingsError};
 
 use error::{EXIT_CODES, Error};
 
@@ -125,7 +126,15 @@ enum Command {
 /// Parses the arguments of this process, runs the command, and tells how it ended.
 pub fn main() -> ExitCode {
     crate::crypto::provide();
-    match run(Cli::parse()) {
+    let cli = match settings::parse::<Cli>(&Cli::command(), Some(serve::SERVE), std::env::args_os().collect()) {
+        Ok(cli) => cli,
+        Err(SettingsError::Arguments(error)) => error.exit(),
+        Err(error) => {
+            terminal::note(format_args!("error: {error}"));
+            return Error::Usage(String::new()).exit_code();
+        }
+    };
+    match run(cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if !error.is_closed_pipe() {
@@ -134,6 +143,11 @@ pub fn main() -> ExitCode {
             error.exit_code()
         }
     }
+}
+
+/// How a subcommand is defined.
+fn definition_of(name: &str) -> clap::Command {
+    Cli::command().find_subcommand(name).cloned().unwrap_or_default()
 }
 
 fn run(cli: Cli) -> Result<(), Error> {

@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::time::Duration;
 
+use gradfarm_worker::settings;
 use serde_json::json;
 use tokio::sync::watch;
 
@@ -30,9 +31,18 @@ Examples:
   gradfarm serve --listen 127.0.0.1:0 --grpc 127.0.0.1:0 --data /tmp/farm --workers 2
   gradfarm serve --tls --listen 0.0.0.0:7700 --grpc 0.0.0.0:7781 --tls-name farm.example.org    # for other machines")]
 pub(super) struct Serve {
+    /// File of settings (TOML): every option is a key of the same name. Command line and environment go before it
+    #[arg(id = "config", long = "config", value_name = "FILE", env = "GRADFARM_CONFIG")]
+    file: Option<std::path::PathBuf>,
+    /// Print an example of that file, with the defaults, and stop
+    #[arg(long)]
+    print_config: bool,
     #[command(flatten)]
     config: ServeConfig,
 }
+
+/// The name of this command, which takes a file of settings.
+pub(super) const SERVE: &str = "serve";
 
 /// How long requests under way may still take once the server was told to stop.
 const FAREWELL: Duration = Duration::from_secs(5);
@@ -40,6 +50,9 @@ const FAREWELL: Duration = Duration::from_secs(5);
 impl Serve {
     /// Serves until told to stop.
     pub(super) fn run(self) -> Result<(), Error> {
+        if self.print_config {
+            return terminal::line(settings::example(&super::definition_of(SERVE)).trim_end());
+        }
         telemetry::start("info", telemetry::Format::Text).map_err(Error::Usage)?;
         super::runtime()?.block_on(serve(self.config))
     }
