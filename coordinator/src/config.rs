@@ -58,6 +58,18 @@ pub struct ServeConfig {
     /// How long to finish what is under way once it is told to stop, such as 30s; a second signal ends it at once
     #[arg(long, value_name = "TIME", env = "GRADFARM_DRAIN", default_value = "30s", value_parser = span)]
     pub drain: Duration,
+    /// Tell this URL, signed, when jobs change their state: https://, or http:// on this machine
+    #[arg(long, value_name = "URL", env = "GRADFARM_WEBHOOK", requires = "webhook_secret_file")]
+    pub webhook: Option<String>,
+    /// File with the secret of the webhook's signatures: whsec_ and base64, or any text
+    #[arg(long, value_name = "FILE", env = "GRADFARM_WEBHOOK_SECRET_FILE", requires = "webhook")]
+    pub webhook_secret_file: Option<PathBuf>,
+    /// What to log: error, warn, info, debug or trace, or a list such as info,gradfarm=debug
+    #[arg(long, value_name = "FILTER", env = "GRADFARM_LOG", default_value = "info")]
+    pub log: String,
+    /// How log lines look: text for people, json for programs
+    #[arg(long, value_name = "FORMAT", env = "GRADFARM_LOG_FORMAT", default_value = "text")]
+    pub log_format: crate::telemetry::Format,
     /// How both ports are encrypted.
     #[command(flatten)]
     pub tls: TlsConfig,
@@ -158,6 +170,15 @@ impl ServeConfig {
 }
 
 impl ServeConfig {
+    /// Whom to tell that jobs change their state, if somebody.
+    ///
+    /// # Errors
+    /// If URL or secret cannot be used.
+    pub fn webhook(&self) -> Result<Option<crate::webhook::Options>, String> {
+        let asked = self.webhook.as_ref().zip(self.webhook_secret_file.as_ref());
+        asked.map(|(url, file)| crate::webhook::Options::read(url, file)).transpose()
+    }
+
     /// What the operator decided about the farm as a whole.
     pub fn rules(&self) -> Rules {
         Rules::of(&self.projects, &self.limits, self.verify)

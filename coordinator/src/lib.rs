@@ -2,7 +2,7 @@
 //!
 //! `service` is the way in: it opens the state, runs the loop and hands out handles. `job` is the pure state machine of one job,
 //! `schedule` decides who gets what, `store` keeps what was acknowledged, `assemble` makes frames of results, `grpc` speaks to
-//! workers. `cli` and `api` are for people: the command line and HTTP, `plot` draws for both, `movie` is what is made of frames; `embedded` starts workers in this process, `metrics` names what is counted.
+//! workers. `cli` and `api` are for people: the command line and HTTP, `plot` draws for both, `movie` is what is made of frames; `embedded` starts workers in this process, `metrics` names what is counted, `webhook` tells others.
 
 pub mod access;
 pub mod api;
@@ -36,3 +36,4 @@ pub mod store;
 pub mod study;
 pub mod telemetry;
 pub mod tls;
+pub mod webhook;

@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use tracing_subscriber::EnvFilter;
 
 /// How log lines look.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
     /// For people.
     #[default]
@@ -20,8 +20,15 @@ pub enum Format {
 /// # Errors
 /// If the filter cannot be read; the text says which part.
 pub fn start(filter: &str, format: Format) -> Result<(), String> {
-    let chosen = std::env::var("GRADFARM_LOG").unwrap_or_else(|_| filter.to_owned());
-    let filter = EnvFilter::try_new(&chosen).map_err(|error| format!("log filter {chosen:?}: {error}"))?;
+    start_as_told(&std::env::var("GRADFARM_LOG").unwrap_or_else(|_| filter.to_owned()), format)
+}
+
+/// The same, whatever the variable says.
+///
+/// # Errors
+/// If the filter cannot be read.
+pub fn start_as_told(filter: &str, format: Format) -> Result<(), String> {
+    let filter = EnvFilter::try_new(filter).map_err(|error| format!("log filter {filter:?}: {error}"))?;
     let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
     let builder = builder.with_ansi(std::io::stderr().is_terminal());
     // Only the first subscriber of a process counts; tests and embedded workers may call this again.

@@ -11,6 +11,7 @@ use tonic::Code;
 
 use crate::backoff::Backoff;
 use crate::dial::Dial;
+use crate::lease_loop::job_of;
 use crate::metrics::Metrics;
 
 /// A result on its way.
@@ -44,10 +45,12 @@ pub(crate) async fn deliver(mut dials: Vec<Dial>, delivery: Delivery, metrics: A
                     Outcome::Refused | Outcome::Unspecified => "refused",
                 });
                 match reply.outcome() {
-                    Outcome::Accepted => tracing::debug!(unit = lease.unit, epoch = lease.epoch, "delivered"),
-                    Outcome::Superseded => tracing::info!(unit = lease.unit, epoch = lease.epoch, "superseded: result dropped"),
+                    Outcome::Accepted => tracing::debug!(job = %job_of(&lease), unit = lease.unit, epoch = lease.epoch, "delivered"),
+                    Outcome::Superseded => {
+                        tracing::info!(job = %job_of(&lease), unit = lease.unit, epoch = lease.epoch, "superseded: result dropped")
+                    }
                     Outcome::Refused | Outcome::Unspecified => {
-                        tracing::error!(unit = lease.unit, epoch = lease.epoch, reason = %reply.reason, "result refused");
+                        tracing::error!(job = %job_of(&lease), unit = lease.unit, epoch = lease.epoch, reason = %reply.reason, "result refused");
                     }
                 }
                 return;
@@ -55,7 +58,7 @@ pub(crate) async fn deliver(mut dials: Vec<Dial>, delivery: Delivery, metrics: A
             // The coordinator will not understand it better the next time, nor let this worker deliver it.
             Err(status) if matches!(status.code(), Code::InvalidArgument | Code::PermissionDenied) => {
                 metrics.delivered("refused");
-                tracing::error!(unit = lease.unit, epoch = lease.epoch, reason = status.message(), "result not understood");
+                tracing::error!(job = %job_of(&lease), unit = lease.unit, epoch = lease.epoch, reason = status.message(), "result not understood");
                 return;
             }
             Err(status) => tracing::debug!(unit = lease.unit, problem = %status, "result kept, trying again"),

@@ -164,6 +164,17 @@ impl Loop {
                     }
                     Some(News::Message(message)) => {
                         if let Told::Welcome(welcome) = &message {
+                            let (url, version) = (&self.config.coordinator, &welcome.version);
+                            if !version::SPOKEN.contains(&welcome.protocol) {
+                                let (spoken, reason) = (version::SPOKEN, welcome.protocol);
+                                let reason = format!(
+                                    "speaks protocol {reason}, this worker {} to {}: bring both to one release",
+                                    spoken.start(),
+                                    spoken.end()
+                                );
+                                return Err(Error::Coordinator { url: url.clone(), reason });
+                            }
+                            tracing::info!(coordinator = %url, protocol = welcome.protocol, %version, "welcome");
                             self.heartbeat = Duration::from_millis(u64::from(welcome.heartbeat_ms.max(10)));
                             beat = Instant::now() + self.heartbeat;
                         }
@@ -257,7 +268,7 @@ impl Loop {
             }
             Told::Revoke(revoke) => {
                 for lease in revoke.leases.into_iter().filter_map(|lease| LeaseName::try_from(lease).ok()) {
-                    tracing::info!(unit = lease.unit, epoch = lease.epoch, "lease taken back");
+                    tracing::info!(job = %job_of(&lease), unit = lease.unit, epoch = lease.epoch, "lease taken back");
                     self.drop_lease(lease);
                 }
             }
@@ -357,7 +368,8 @@ impl Loop {
                         held.delivery = Some(self.tasks.spawn(deliver));
                     }
                     Err(reason) => {
-                        tracing::error!(unit = lease.unit, %reason, "unit failed");
+                        let (frame, tile) = (held.unit.moment.first, format!("{},{}", held.unit.tile.x, held.unit.tile.y));
+                        tracing::error!(job = %job_of(&lease), frame, tile, unit = lease.unit, %reason, "unit failed");
                         self.held.remove(&lease);
                         self.say(Say::Failed(v1::Failed { lease: Some(lease.into()), reason })).await;
                     }
@@ -383,6 +395,11 @@ impl Loop {
             self.say(Say::Returned(v1::Returned { leases: back.into_iter().map(Into::into).collect() })).await;
         }
     }
+}
+
+/// The job of a lease, for the log.
+pub(crate) fn job_of(lease: &LeaseName) -> uuid::Uuid {
+    uuid::Uuid::from_bytes(lease.job)
 }
 
 /// The leases of a grant.

@@ -87,9 +87,16 @@ struct Arguments {
     /// What to log: error, warn, info, debug or trace, or a list such as info,gradfarm_worker=debug.
     #[arg(long, value_name = "FILTER", env = "GRADFARM_LOG", default_value = "info")]
     log: String,
-    /// Log one JSON object a line.
-    #[arg(long)]
-    log_json: bool,
+    /// How log lines look: text for people, json for programs.
+    #[arg(long, value_name = "FORMAT", env = "GRADFARM_LOG_FORMAT", default_value = "text")]
+    log_format: LogFormat,
+}
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum LogFormat {
+    Text,
+    Json,
 }
 
 #[tokio::main]
@@ -124,7 +131,7 @@ fn print(text: &str) -> ExitCode {
 async fn start(arguments: Arguments) -> anyhow::Result<()> {
     let filter = EnvFilter::try_new(&arguments.log).map_err(|error| anyhow::anyhow!("log filter {:?}: {error}", arguments.log));
     let builder = tracing_subscriber::fmt().with_writer(std::io::stderr).with_ansi(std::io::stderr().is_terminal()).with_target(false);
-    match (filter, arguments.log_json) {
+    match (filter, arguments.log_format == LogFormat::Json) {
         (Ok(filter), false) => builder.with_env_filter(filter).init(),
         (Ok(filter), true) => builder.with_env_filter(filter).json().init(),
         (Err(error), _) => {

@@ -51,6 +51,10 @@ pub enum SettingsError {
 /// # Errors
 /// What is wrong, and where.
 pub fn parse<T: FromArgMatches>(command: &Command, under: Option<&str>, mut arguments: Vec<OsString>) -> Result<T, SettingsError> {
+    let mut built = command.clone();
+    // Before that, options do not know what they are called.
+    built.build();
+    let command = &built;
     let file = match known(command, under, &arguments) {
         Some((matches, file)) => {
             let taker = under.and_then(|name| command.find_subcommand(name)).unwrap_or(command);

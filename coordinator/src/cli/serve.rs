@@ -53,13 +53,14 @@ impl Serve {
         if self.print_config {
             return terminal::line(settings::example(&super::definition_of(SERVE)).trim_end());
         }
-        telemetry::start("info", telemetry::Format::Text).map_err(Error::Usage)?;
+        telemetry::start_as_told(&self.config.log, self.config.log_format).map_err(Error::Usage)?;
         super::runtime()?.block_on(serve(self.config))
     }
 }
 
 async fn serve(config: ServeConfig) -> Result<(), Error> {
     let failed = |fault: crate::error::Error| Error::Failed(fault.to_string());
+    let webhook = config.webhook().map_err(Error::Usage)?;
     let tls = config.encryption().map_err(Error::Usage)?;
     let http = service::listen_beyond_loopback(config.listen).await.map_err(failed)?;
     let grpc = service::listen_beyond_loopback(config.grpc).await.map_err(failed)?;
@@ -76,6 +77,7 @@ async fn serve(config: ServeConfig) -> Result<(), Error> {
         oidc: config.oidc.options(),
         rules: config.rules(),
         metrics_open: config.metrics_open,
+        webhook,
         drain: config.drain,
         ..service::Config::new(&config.data)
     };

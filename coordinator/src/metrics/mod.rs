@@ -69,7 +69,7 @@ pub struct Metrics {
     blob_read: Counter,
     blobs: Gauge,
     blobs_bytes: Gauge,
-    pub(crate) webhooks: Counters<1>,
+    webhooks: Counters<1>,
     pub(crate) webhook_queue: Gauge,
 }
 
@@ -193,6 +193,11 @@ impl Metrics {
         let labels = [("method", method.to_owned()), ("route", route.to_owned()), ("status", status.to_string())];
         self.http_requests.get_or_create(&labels).inc();
         self.http_seconds.get_or_create(&[("route", route.to_owned())]).observe(took.as_secs_f64());
+    }
+
+    /// A webhook was `delivered`, `retried` or `dropped`.
+    pub(crate) fn told(&self, outcome: &str) {
+        self.webhooks.get_or_create(&[("outcome", outcome.to_owned())]).inc();
     }
 
     fn text(&self) -> String {

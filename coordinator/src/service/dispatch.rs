@@ -23,6 +23,7 @@ use crate::job::{self, Action, Answer, Change, Errand, Event, Job, JobId, News, 
 use crate::metrics::{Ledger, Metrics};
 use crate::schedule::Shares;
 use crate::store::Store;
+use crate::webhook::Webhook;
 
 /// Most commands in one turn, so that nobody waits for long.
 const TURN: usize = 256;
@@ -59,6 +60,8 @@ pub(crate) struct Dispatcher {
     pub(super) store: Arc<dyn Store>,
     /// Whether nothing is granted any more, for the coordinator is about to stop.
     pub(super) draining: bool,
+    /// Whom to tell that jobs change their state.
+    pub(super) webhook: Option<Webhook>,
     pub(super) metrics: Arc<Metrics>,
     /// Since when leases are held.
     pub(super) ledger: Ledger,
@@ -112,6 +115,7 @@ impl Dispatcher {
             watchers: BTreeMap::new(),
             store,
             draining: false,
+            webhook: None,
             metrics: Arc::default(),
             ledger: Ledger::default(),
             assembler,
@@ -244,7 +248,8 @@ impl Dispatcher {
                 }
             }
             Command::Failed { worker, lease, reason } => {
-                tracing::warn!(%worker, unit = lease.unit, epoch = lease.epoch, %reason, "unit failed");
+                let job = JobId::from_bytes(lease.job);
+                tracing::warn!(%worker, %job, unit = lease.unit, epoch = lease.epoch, %reason, "unit failed");
                 let event = Event::Failed { unit: lease.unit, epoch: lease.epoch, worker, reason };
                 self.apply(JobId::from_bytes(lease.job), event, turn);
             }
@@ -313,6 +318,10 @@ impl Dispatcher {
                 }
                 Action::Answer(answer) => answered = Some(answer),
                 Action::Grant { unit, epoch, worker } => {
+                    if let Some(work) = self.jobs.get(&id).map(|job| job.split.work(unit)) {
+                        let (frame, tile) = (work.moment.first, format!("{},{}", work.tile.x, work.tile.y));
+                        tracing::debug!(job = %id, frame, tile, unit, epoch, %worker, "granted");
+                    }
                     turn.effects.push(Effect::Grant(worker, LeaseName { job: id.to_bytes(), unit, epoch }));
                 }
                 Action::Revoke { unit, epoch, worker } => {
@@ -365,6 +374,9 @@ impl Dispatcher {
                 let Some(job) = self.jobs.get(&id) else { return };
                 if news == News::Job {
                     tracing::info!(job = %id, state = job.state.name(), error = job.error.as_deref(), "job");
+                    if let Some(webhook) = &self.webhook {
+                        webhook.job(job);
+                    }
                 }
                 if let Some(watcher) = self.watchers.get(&id) {
                     for event in look::events(job, news, self.now()) {

@@ -56,6 +56,7 @@ use crate::job::{Errand, JobId};
 use crate::metrics::Metrics;
 use crate::store::{BlobUri, GRACE as GRACE_OF_BLOBS, Presence, StoreUri};
 use crate::tls::{self, Secured};
+use crate::webhook::{self, Webhook};
 use command::Command;
 use dispatch::Dispatcher;
 use sweep::Sweeper;
@@ -96,6 +97,8 @@ pub struct Config {
     pub rules: Rules,
     /// Whether metrics are for anybody, without a token.
     pub metrics_open: bool,
+    /// Whom to tell that jobs change their state.
+    pub webhook: Option<webhook::Options>,
     /// How long workers in the same process may take to finish what they are at when they are told to stop.
     pub drain: Duration,
 }
@@ -118,6 +121,7 @@ impl Config {
             lease_ttl: Duration::from_secs(15),
             rules: Rules::default(),
             metrics_open: false,
+            webhook: None,
             drain: Duration::from_secs(10),
         }
     }
@@ -199,6 +203,7 @@ impl Service {
         let sweeper = Sweeper { store: store.clone(), blobs, commands: commands_of_all, grace, keep_jobs };
         let assembler = Box::new(move |job: &crate::job::Job, errand| workshop.take(job, errand));
         let (mut dispatcher, pending) = Dispatcher::restore(store, config.heartbeat, config.lease_ttl, rules, assembler).await?;
+        dispatcher.webhook = config.webhook.map(|options| Webhook::start(options, metrics.clone()));
         dispatcher.metrics = metrics;
         Ok(Self { handle, commands, dispatcher, pending, sweeper, _lock: lock })
     }
