@@ -10,6 +10,9 @@ use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio::task::{JoinHandle, JoinSet};
 
+/// Files of settings, which both programs read in the same way.
+pub use gradfarm_worker::settings;
+
 use crate::error::Error;
 use crate::service::{self, Handle, Service};
 

@@ -46,8 +46,8 @@ mod watch;
 
 use std::process::ExitCode;
 
+use crate::embedded::settings::{self, SettingsError};
 use clap::{CommandFactory, Parser, Subcommand};
-use gradfarm_worker::settings::{self, SettingsError};
 
 use error::{EXIT_CODES, Error};
 

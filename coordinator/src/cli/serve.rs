@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::time::Duration;
 
-use gradfarm_worker::settings;
+use crate::embedded::settings;
 use serde_json::json;
 use tokio::sync::watch;
 
