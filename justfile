@@ -31,6 +31,10 @@ shifts *FILES:
 errors *FILES:
     cargo run --release -p gradfarm-tests --example errors -- {{FILES}}
 
+# Kill and pause coordinator and workers at random, a thousand times unless given: many minutes.
+chaos TIMES="1000" SEED="1":
+    GRADFARM_CHAOS={{TIMES}} GRADFARM_CHAOS_SEED={{SEED}} cargo test --workspace --test farm_chaos -- --nocapture
+
 # Time rays, materials, shifts and reconstructions.
 bench *ARGS:
     cargo bench -p gradfarm-core {{ARGS}}
