@@ -23,6 +23,7 @@ pub use plane::PlaneKind;
 pub use statistics::{Counter, Statistics};
 
 use crate::lattice::Extent;
+use rayon::prelude::*;
 
 /// Means of one frame, ready to be reconstructed.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,8 +117,8 @@ impl Film {
 /// `wx · x + wy · y`, in f64.
 fn blend(x: &Image, y: &Image, wx: f64, wy: f64) -> Image {
     let mut out = x.clone();
-    for (o, (p, q)) in out.data_mut().iter_mut().zip(x.data().iter().zip(y.data())) {
+    out.data_mut().par_iter_mut().zip(x.data().par_iter().zip(y.data())).for_each(|(o, (p, q))| {
         *o = (wx * f64::from(*p) + wy * f64::from(*q)) as f32;
-    }
+    });
     out
 }

@@ -23,17 +23,18 @@ impl Dct2 {
         Self { width, height, along_x: Dct::new(width), along_y: Dct::new(height) }
     }
 
-    /// In place; the result is transposed: `height` values for each column of the image.
-    pub(super) fn forward(&self, data: &mut Vec<f64>) {
+    /// In place; the result is transposed: `height` values for each column of the image. `spare` is room of any length, best kept from one
+    /// transform to the next.
+    pub(super) fn forward(&self, data: &mut Vec<f64>, spare: &mut Vec<f64>) {
         self.along_x.rows(data, Direction::Forward);
-        *data = transpose(data, self.width, self.height);
+        transpose(data, spare, self.width, self.height);
         self.along_y.rows(data, Direction::Forward);
     }
 
     /// Undoes [`forward`](Self::forward), transposition included.
-    pub(super) fn inverse(&self, data: &mut Vec<f64>) {
+    pub(super) fn inverse(&self, data: &mut Vec<f64>, spare: &mut Vec<f64>) {
         self.along_y.rows(data, Direction::Inverse);
-        *data = transpose(data, self.height, self.width);
+        transpose(data, spare, self.height, self.width);
         self.along_x.rows(data, Direction::Inverse);
     }
 }
@@ -128,11 +129,11 @@ fn even_odd(k: usize, n: usize) -> usize {
     if k < n.div_ceil(2) { 2 * k } else { 2 * (n - 1 - k) + 1 }
 }
 
-/// Transposes `height` rows of `width` values, block by block.
-fn transpose(data: &[f64], width: usize, height: usize) -> Vec<f64> {
+/// Transposes `height` rows of `width` values, block by block, by way of `spare`, which then holds what `data` held.
+fn transpose(data: &mut Vec<f64>, spare: &mut Vec<f64>, width: usize, height: usize) {
     const BLOCK: usize = 32;
-    let mut out = vec![0.0; data.len()];
-    out.par_chunks_mut(height * BLOCK).enumerate().for_each(|(strip, out)| {
+    spare.resize(data.len(), 0.0);
+    spare.par_chunks_mut(height * BLOCK).enumerate().for_each(|(strip, out)| {
         let columns = out.len() / height;
         for first in (0..height).step_by(BLOCK) {
             for y in first..(first + BLOCK).min(height) {
@@ -142,7 +143,7 @@ fn transpose(data: &[f64], width: usize, height: usize) -> Vec<f64> {
             }
         }
     });
-    out
+    std::mem::swap(data, spare);
 }
 
 #[cfg(test)]
@@ -155,7 +156,8 @@ mod tests {
             let data: Vec<f64> = (0..w * h).map(|k| ((k * 7919 + 13) % 101) as f64 - 50.0).collect();
             let mut out = data.clone();
             let dct = Dct2::new(w, h);
-            dct.forward(&mut out);
+            let mut spare = Vec::new();
+            dct.forward(&mut out, &mut spare);
             let pi = std::f64::consts::PI;
             for (i, j) in [(0, 0), (w - 1, 0), (0, h - 1), (w / 2, h / 3)] {
                 let mut sum = 0.0;
@@ -167,7 +169,7 @@ mod tests {
                 }
                 assert!((out[i * h + j] - sum).abs() < 1e-9 * (w * h) as f64, "{w}×{h} at ({i}, {j}): {} against {sum}", out[i * h + j]);
             }
-            dct.inverse(&mut out);
+            dct.inverse(&mut out, &mut spare);
             assert!(out.iter().zip(&data).all(|(a, b)| (a - b).abs() < 1e-10));
         }
     }

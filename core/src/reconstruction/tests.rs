@@ -283,8 +283,9 @@ fn l2_agrees_with_dense_elimination() {
         let (p, dx, dy) = (random(extent, 1, 2.0), random(extent, 2, 0.5), random(extent, 3, 0.5));
         let m = Measurements::new(&p, &dx, &dy);
         for alpha in [0.05f32, 0.2, 3.0] {
+            let mut poisson = l2::Poisson::new(&m, alpha);
             for c in 0..3 {
-                let solved = l2::solve_channel(&m, c, alpha);
+                let solved = poisson.channel(c);
                 let expected = dense(&m, c, f64::from(alpha));
                 assert!(solved.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9), "{w}×{h}, alpha {alpha}");
             }

@@ -40,8 +40,9 @@ impl Spectral {
 
     /// Solves for one channel of all moments in place, row-major images. There is a pair fewer than there are moments.
     pub(super) fn solve(&self, moments: &mut [Vec<f64>]) {
+        let mut spare = Vec::new();
         for moment in moments.iter_mut() {
-            self.transform.forward(moment);
+            self.transform.forward(moment, &mut spare);
         }
         // Transposed: columns of the image are rows here.
         let height = self.along_y.len();
@@ -49,7 +50,7 @@ impl Spectral {
         let slices: Vec<Vec<&mut [f64]>> = self.along_x.iter().map(|_| columns.iter_mut().filter_map(Iterator::next).collect()).collect();
         slices.into_par_iter().zip(&self.along_x).for_each(|(mut slices, ex)| self.in_time(&mut slices, *ex));
         for moment in moments.iter_mut() {
-            self.transform.inverse(moment);
+            self.transform.inverse(moment, &mut spare);
         }
     }
 
