@@ -28,7 +28,8 @@ pub const PATIENCE: Duration = Duration::from_secs(300);
 pub struct Process(Child);
 
 impl Process {
-    fn start(command: &mut Command) -> Self {
+    /// Starts it, silent but for its complaints.
+    pub fn start(command: &mut Command) -> Self {
         Self(command.stdin(Stdio::null()).stdout(Stdio::null()).spawn().unwrap())
     }
 
@@ -319,7 +320,7 @@ fn serve(data: &Path, listen: SocketAddr, grpc: SocketAddr, with: &With) -> Proc
 }
 
 /// One of the programs, with no settings from outside.
-fn program(which: Program) -> Command {
+pub fn program(which: Program) -> Command {
     static PATHS: OnceLock<[PathBuf; 2]> = OnceLock::new();
     let [gradfarm, worker] = PATHS.get_or_init(|| [Program::Gradfarm, Program::Worker].map(|program| program.path().unwrap()));
     let mut command = Command::new(if which == Program::Worker { worker } else { gradfarm });

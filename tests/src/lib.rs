@@ -1,5 +1,5 @@
 //! What the tests of the whole system share: statistics, scenes with closed forms, frames and moments rendered without a farm, laws of shifts, images by another renderer, the programs, a
-//! PostgreSQL and an S3 server, a browser, and a farm of separate processes.
+//! PostgreSQL and an S3 server, a browser, a network of machines, and a farm of separate processes.
 
 pub mod animation;
 pub mod browser;
@@ -7,6 +7,7 @@ pub mod effort;
 pub mod farm;
 pub mod frame;
 pub mod laws;
+pub mod machines;
 pub mod postgres;
 pub mod programs;
 pub mod s3;

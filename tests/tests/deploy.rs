@@ -1,5 +1,8 @@
 //! What lies in `deploy/` fits the programs: every setting, option, address and metric that it names exists.
 
+// Whatever goes wrong here fails the test.
+#![allow(clippy::unwrap_used)]
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
