@@ -22,7 +22,7 @@ impl Network {
         let network = Self { name: format!("gradfarm-{}", std::process::id()), machines };
         if !ip(["netns", "add", &network.namespace(0)]) {
             assert!(!required, "GRADFARM_REQUIRE names netns, but no namespace can be made");
-            println!("no network namespaces can be made here: skipped");
+            eprintln!("no network namespaces can be made here: skipped");
             // Nothing was made that would have to go.
             std::mem::forget(network);
             return None;
