@@ -1,4 +1,5 @@
-//! What lies in `deploy/` fits the programs: every setting, option, address and metric that it names exists.
+//! What lies in `deploy/` fits the programs: every setting, option, address and metric that it names exists, and the Python client speaks to a
+//! farm.
 
 // Whatever goes wrong here fails the test.
 #![allow(clippy::unwrap_used)]
@@ -7,6 +8,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use gradfarm_tests::farm::Coordinator;
 use gradfarm_tests::programs::Program;
 use serde_json::Value;
 
@@ -22,7 +24,8 @@ fn files() -> Vec<(PathBuf, String)> {
             if path.is_dir() {
                 walk(&path, found);
             } else {
-                found.push((path.clone(), std::fs::read_to_string(path).unwrap()));
+                let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+                found.push((path, text));
             }
         }
     }
@@ -58,7 +61,8 @@ fn every_setting_and_option_exists() {
     let (coordinator, worker) = (help(Program::Gradfarm, &["serve", "--help"]), help(Program::Worker, &["--help"]));
     let mut seen = BTreeSet::new();
     for (path, text) in files() {
-        if path.ends_with("compose.yaml") || path.ends_with("Dockerfile") {
+        let is_client = path.starts_with(root().join("deploy/python"));
+        if is_client || path.ends_with("compose.yaml") || path.ends_with("Dockerfile") {
             continue;
         }
         let help = if is_of_a_worker(&path) { &worker } else { &coordinator };
@@ -91,8 +95,8 @@ fn every_metric_and_address_exists() {
             assert!(manual.contains(&format!("`{name}`")), "{}: there is no metric {name}", path.display());
             metrics += 1;
         }
-        for address in words(&text, "/api/v1/", |c| c.is_ascii_lowercase() || c == '/') {
-            let path_below = address.strip_prefix("/api/v1").unwrap();
+        for address in words(&text, "/api/v1/", |c| c.is_ascii_lowercase() || "/.".contains(c)) {
+            let path_below = address.strip_prefix("/api/v1").unwrap().trim_end_matches('.');
             assert!(routes.contains(&format!("\"{path_below}\"")), "{}: there is no address {address}", path.display());
         }
     }
@@ -111,4 +115,28 @@ fn the_dashboard_is_one() {
         assert!(place["x"].as_u64().unwrap() + place["w"].as_u64().unwrap() <= 24, "{panel}");
         assert!(!panel["targets"].as_array().unwrap().is_empty(), "{panel}");
     }
+}
+
+#[test]
+fn the_python_client_speaks_to_a_farm() {
+    let there = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
+    if !there {
+        let required = std::env::var("GRADFARM_REQUIRE").unwrap_or_default();
+        assert!(required.split(',').all(|name| name != "python"), "GRADFARM_REQUIRE names python, which is not here");
+        return eprintln!("there is no python3: its client is not tested");
+    }
+    let coordinator = Coordinator::start();
+    let _worker = coordinator.worker(2);
+    let client = root().join("deploy/python");
+    let output = Command::new("python3")
+        .arg(client.join("example.py"))
+        .arg(root().join("tests/scenes/cornell-box.json"))
+        .env("GRADFARM_SERVER", coordinator.address())
+        .env("GRADFARM_TOKEN", coordinator.token())
+        .env("PYTHONPATH", &client)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .output()
+        .unwrap();
+    let (told, complaints) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success() && told.contains("relMSE"), "{told}{complaints}");
 }
